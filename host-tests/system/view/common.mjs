@@ -39,10 +39,10 @@ export async function stop(child, signal = "SIGINT") {
   return child.ended;
 }
 
-export async function box(name = "box", port = 0) {
+export async function box(name = "box", port = 0, board = "sim") {
   const home = join(folder, name);
   mkdirSync(home, { recursive: true });
-  const daemon = start(probeboxd, ["--board", "sim", "--state", join(home, "state"), "--link", `tcp:127.0.0.1:${port}`], { PROBEBOX_RENDEZVOUS: home });
+  const daemon = start(probeboxd, ["--board", board, "--state", join(home, "state"), "--link", `tcp:127.0.0.1:${port}`], { PROBEBOX_RENDEZVOUS: home });
   const path = join(home, `${daemon.pid}.uri`);
   daemon.uri = await until("the box listens", () => existsSync(path) && /tcp:\S+/.exec(readFileSync(path, "utf8"))?.[0]);
   return daemon;

@@ -119,8 +119,8 @@ async function memory(chromium) {
   const seen = await page.evaluate(() => globalThis.probeboxLive.seen());
   console.log(`${seen} slots came to the page`);
   check(seen > 30 * MINUTES.at(-1) * SLOTS_A_SECOND, `${seen} slots came to the page`); // a page that falls behind leaves some out
-  await page.waitForSelector("text=360,000,000 + 0 lost");
-  await page.waitForSelector(`.tile:has-text("Last trigger") >> text=${60 * MINUTES.at(-1)}`);
+  await page.waitForSelector("text=360,000,000 received + 0 lost = all");
+  await page.waitForSelector(`.tile:has-text("Newest trigger") >> text=No. ${60 * MINUTES.at(-1)}`);
   check(page.faults.length === 0, page.faults.join("\n"));
 }
 

@@ -8,8 +8,10 @@ async function replay(chromium, uri) {
   check((await recording.ended) === 0, recording.text);
   const server = await view(`file:${path}`);
   const page = await open(chromium, server.address);
-  await page.waitForFunction(() => globalThis.probeboxLive?.slots() > 100);
+  await page.waitForSelector(".answer.unknown"); // a recording has no machine
   await page.keyboard.press("Alt+2");
+  await page.waitForFunction(() => globalThis.probeboxLive?.slots() > 100);
+  await page.keyboard.press("Alt+3");
   await page.locator(".methods button").first().click();
   await page.getByRole("button", { name: "Start" }).click();
   await page.locator("form .verdict.failed").waitFor();
@@ -21,7 +23,8 @@ async function replay(chromium, uri) {
 
 // Memory of a page that has seen many more samples than it keeps: an hour's slots at once, a minute's are kept.
 async function memory(page) {
-  await page.goto(page.url().replace(/#.*/, ""));
+  await page.goto(page.url().replace(/#.*/, "#live"));
+  await page.reload();
   await page.waitForFunction(() => globalThis.probeboxLive?.slots() > 100);
   check((await page.evaluate(() => globalThis.probeboxLive.slots())) <= 6100, "more slots than a minute");
 }
@@ -38,9 +41,11 @@ async function lostLink(chromium) {
   check(/link lost/.test(await page.textContent("#link")), await page.textContent("#link"));
   await page.waitForSelector("main.stale >> text=these are the last values");
   await picture(page, "link-lost-live");
-  await page.keyboard.press("Alt+4");
+  await page.keyboard.press("Alt+1");
+  await page.waitForSelector(".answer.unknown");
+  await page.keyboard.press("Alt+5");
   await page.waitForSelector("main:not(.stale) .verdict.failed >> text=the link to the box is down");
-  await page.keyboard.press("Alt+3");
+  await page.keyboard.press("Alt+4");
   await page.waitForSelector("text=the link to the box is down");
   await picture(page, "link-lost");
   await box("lost", port);

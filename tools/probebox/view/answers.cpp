@@ -7,6 +7,7 @@
 #include "firmware/procedure/methods/methods.hpp"
 #include "protocol/units/angle.hpp"
 #include "tools/case/quantities.hpp"
+#include "tools/case/readable.hpp"
 #include "tools/probebox/commands/commands.hpp"
 #include "tools/probebox/commands/kept_report.hpp"
 #include "tools/probebox/commands/kept_result.hpp"
@@ -14,8 +15,10 @@
 #include "tools/probebox/link/box.hpp"
 #include "tools/probebox/link/stored_results.hpp"
 #include "tools/probebox/text/comparison.hpp"
+#include "tools/probebox/text/machine_verdict.hpp"
 #include "tools/probebox/text/report.hpp"
 #include "tools/probebox/text/report_kept_result.hpp"
+#include "tools/probebox/text/subject_words.hpp"
 #include "tools/probebox/view/page_request.hpp"
 #include "tools/report/page.hpp"
 
@@ -24,18 +27,34 @@ namespace {
 
 using command::describe;
 using command::ExitStatus;
+using command::groupOf;
+using command::methodTitle;
+using command::subjectTitle;
 using Answer = BoxConnection::Answer;
+
+// Texts of methods are written for a page of documents and for the command: here they have neither marks nor options.
+std::string forPage(std::string_view text) {
+  std::string all{text};
+  for (auto begin = all.find(" (`--"); begin != std::string::npos; begin = all.find(" (`--", begin)) {
+    const auto end = all.find(')', begin);
+    if (end == std::string::npos) break;
+    all.erase(begin, end + 1 - begin);
+  }
+  for (const std::string_view mark : {"`--", "`"})
+    for (auto at = all.find(mark); at != std::string::npos; at = all.find(mark, at)) all.erase(at, mark.size());
+  return casefolder::typeset(all);
+}
 
 Json list(const auto& texts) {
   Json all = Json::array();
-  for (const auto& text : texts) all.push_back(std::string_view{text});
+  for (const auto& text : texts) all.push_back(forPage(std::string_view{text}));
   return all;
 }
 
 Json needsOf(const procedure::LiveMethod& method) {
   Json all = Json::array();
   for (const auto* fact : method.needs) {
-    if (!fact->place.empty()) all.push_back(std::string_view{fact->place});
+    if (!fact->place.empty()) all.push_back(forPage(fact->place));
   }
   if (method.finds_a_place) all.push_back("the delay in force, and axes that are referenced");
   return all;
@@ -65,20 +84,64 @@ Json optionsOf(const procedure::LiveMethod& method) {
   return all;
 }
 
+// A forecast as the command has it, with its values set for a page.
+std::string forPage(nlohmann::json plan) {
+  for (auto& quantity : plan["quantities"]) {
+    for (auto& text : quantity)
+      if (text.is_string()) text = casefolder::typeset(text.get<std::string>());
+  }
+  return plan.dump();
+}
+
 Json quantitiesOf(const metrology::Result& result, const std::string& subject) {
   Json all = Json::array();
   for (const auto& quantity : casefolder::quantitiesOf(result, casefolder::rotaryAxisOf(subject))) {
     const auto sd = quantity.sd ? Json(*quantity.sd) : Json(nullptr);
     const auto expanded = quantity.expanded ? Json(*quantity.expanded) : Json(nullptr);
     all.push_back({{"key", quantity.key},
-                   {"name", quantity.label.name},
+                   {"name", casefolder::typeset(quantity.label.name)},
                    {"value", quantity.value},
                    {"sd", sd},
                    {"u", quantity.expanded ? Json(*quantity.expanded / 2) : Json(nullptr)},
                    {"expanded_k2", expanded},
-                   {"text", casefolder::withSdAndU(quantity)}});
+                   {"text", casefolder::typeset(casefolder::withSdAndU(quantity))}});
   }
   return all;
+}
+
+// "deviations" of the keys that begin with "deviation_".
+std::string nameOf(std::string_view key) {
+  if (key.ends_with('_')) return std::string{key.substr(0, key.size() - 1)} + "s";
+  return casefolder::quantityLabel(std::string{key}).name;
+}
+
+std::vector<messages::Requirement> requirementsOf(link::Client& box, Console& console) {
+  auto says = command::ask<messages::DescribeMachine>(box, console);
+  return says ? std::move(says->requirements) : std::vector<messages::Requirement>{};  // a recording has none
+}
+
+Json decisiveOf(const messages::ResultSummary& summary, const std::vector<messages::Requirement>& requirements) {
+  const auto found = std::ranges::find(requirements, summary.subject, &messages::Requirement::subject);
+  const auto decisive = command::decisiveValue(summary, found == requirements.end() ? nullptr : &*found);
+  return decisive ? describe(*decisive) : Json(nullptr);
+}
+
+// Its decisive value, and how that went in the last results about the same.
+void addJudgement(const messages::ResultSummary& summary, const std::vector<messages::ResultSummary>& all,
+                  const std::vector<messages::Requirement>& requirements, Json& object) {
+  const auto found = std::ranges::find(requirements, summary.subject, &messages::Requirement::subject);
+  const auto decisive = command::decisiveValue(summary, found == requirements.end() ? nullptr : &*found);
+  object["decisive"] = decisive ? describe(*decisive) : Json(nullptr);
+  object["trend"] = decisive ? describe(command::trendOf(summary, *decisive, all)) : Json(nullptr);
+}
+
+// With the words that a page has for it.
+Json inWords(const messages::ResultSummary& summary) {
+  Json object = describe(summary);
+  object["standing"] = command::standingOf(summary);
+  object["title"] = subjectTitle(summary.subject);
+  object["method_title"] = methodTitle(summary.method);
+  return object;
 }
 
 template <class Operation>
@@ -95,11 +158,12 @@ std::string methods() {
     const auto& subject = method->solver->subject.about;
     Json finds = Json::array();
     for (const auto& result : method->solver->results)
-      finds.push_back({{"key", std::string{result.key}}, {"about", std::string{result.about}}});
+      finds.push_back({{"name", nameOf(result.key)}, {"about", forPage(result.about)}});
     all.push_back({{"name", std::string{method->name()}},
                    {"title", std::string{method->solver->title}},
                    {"subject", subject ? text(*subject) : std::string{}},
-                   {"steps", std::string{method->steps}},
+                   {"group", groupOf(*method->solver)},
+                   {"steps", forPage(method->steps)},
                    {"finds", finds},
                    {"unobservable", list(method->solver->unobservable)},
                    {"needs", needsOf(*method)},
@@ -131,7 +195,7 @@ Answer stores(link::Client& box, Console& console) {
   return all.dump();
 }
 
-// As `probebox plan --json` says it.
+// As `probebox plan --json` says it, its values set for a page.
 Answer forecast(const std::string& method, const std::optional<command::AskedBox>& box) {
   std::istringstream nothing;
   std::ostringstream out, err;
@@ -140,7 +204,7 @@ Answer forecast(const std::string& method, const std::optional<command::AskedBox
   command::Plan plan;
   plan.method = method;
   const auto status = command::planFor(plan, box, console);
-  if (status == ExitStatus::ok) return out.str();
+  if (status == ExitStatus::ok) return forPage(nlohmann::json::parse(out.str(), nullptr, false));
   const auto error = nlohmann::json::parse(out.str(), nullptr, false);
   return Trouble{status, "no-forecast",
                  error.is_object() && error.contains("what") ? error["what"].get<std::string>() : err.str()};
@@ -148,11 +212,11 @@ Answer forecast(const std::string& method, const std::optional<command::AskedBox
 
 Answer results(link::Client& box, Console& console) {
   TRY(const auto all, command::storedResults(box, console, {}, std::numeric_limits<std::size_t>::max()));
+  const auto requirements = requirementsOf(box, console);
   Json list = Json::array();
   for (const auto& one : all) {
-    Json object = describe(one);
-    object["standing"] = command::standingOf(one);
-    object["text"] = one.values.empty() ? std::string{} : command::readable(one.values.front());
+    Json object = inWords(one);
+    object["decisive"] = decisiveOf(one, requirements);
     list.push_back(std::move(object));
   }
   return list.dump();
@@ -160,15 +224,17 @@ Answer results(link::Client& box, Console& console) {
 
 Answer result(link::Client& box, Console& console, std::uint64_t id) {
   TRY(const auto kept, command::keptResult(box, console, id));
-  Json object = describe(kept.summary);
-  object["standing"] = command::standingOf(kept.summary);
+  Json object = inWords(kept.summary);
   object["dataset_kept"] = kept.dataset_kept;
   if (kept.result() != nullptr) {
-    object["warnings"] = kept.result()->warnings;
+    object["warnings"] = list(kept.result()->warnings);
     object["quantities"] = quantitiesOf(*kept.result(), kept.summary.subject);
   } else {
     object["refusal"] = {{"name", kept.refusal()->name}, {"reason", kept.refusal()->reason}};
   }
+  TRY(const auto all, command::storedResults(box, console, {}, std::numeric_limits<std::size_t>::max()));
+  const auto found = std::ranges::find(all, id, &messages::ResultSummary::id);
+  if (found != all.end()) addJudgement(*found, all, requirementsOf(box, console), object);
   TRY(const auto history, command::storedTransitions(box, console, {id, "", 0}));
   object["history"] = Json::array();
   for (const auto& transition : history) object["history"].push_back(describe(transition));
@@ -192,15 +258,17 @@ Answer comparison(link::Client& box, Console& console, std::uint64_t id) {
   Json changes = Json::array();
   for (const auto& change : compared.changes) {
     const auto in_sd = change.inSd();
-    changes.push_back({{"key", change.now.key},
-                       {"name", change.now.label.name},
-                       {"now", casefolder::withSdAndU(change.now)},
-                       {"before", change.before ? Json(casefolder::withSdAndU(*change.before)) : Json(nullptr)},
-                       {"difference", change.before ? Json(command::differenceText(change)) : Json(nullptr)},
-                       {"in_sd", in_sd ? Json(*in_sd) : Json(nullptr)}});
+    changes.push_back(
+        {{"key", change.now.key},
+         {"name", casefolder::typeset(change.now.label.name)},
+         {"now", casefolder::typeset(casefolder::withSdAndU(change.now))},
+         {"before", change.before ? Json(casefolder::typeset(casefolder::withSdAndU(*change.before))) : Json(nullptr)},
+         {"difference", change.before ? Json(casefolder::typeset(command::differenceText(change))) : Json(nullptr)},
+         {"in_sd", in_sd ? Json(*in_sd) : Json(nullptr)}});
   }
   object["rows"] = changes;
   object["subject"] = subject;
+  object["title"] = subjectTitle(subject);
   return object.dump();
 }
 

@@ -1,8 +1,10 @@
 #include "tools/probebox/view/box_connection.hpp"
 
 #include <chrono>
+#include <limits>
 #include <utility>
 
+#include "tools/probebox/link/stored_results.hpp"
 #include "tools/probebox/text/report.hpp"
 
 namespace probebox::view {
@@ -114,6 +116,8 @@ void BoxConnection::tellLink() {
   const bool up = stream_.box() != nullptr;
   if (link_up_ == up) return;
   link_up_ = up;
+  known_.link_up = up;
+  if (!up) tellMachine(false);
   events_.put("link",
               Json{{"up", up}, {"what", up ? "" : stream_.loss()}, {"reconnections", stream_.reconnections()}}.dump());
 }
@@ -121,8 +125,8 @@ void BoxConnection::tellLink() {
 // The whole state in one event: a page shows one instant, not parts of two.
 void BoxConnection::tellState() {
   auto& box = *stream_.box();
-  const auto status = command::ask<messages::Status>(box, console_);
-  const auto corrections = command::ask<messages::Corrections>(box, console_);
+  auto status = command::ask<messages::Status>(box, console_);
+  auto corrections = command::ask<messages::Corrections>(box, console_);
   const auto procedure = command::ask<messages::ProcedureStatus>(box, console_);
   messages::ListResults::Request newest;
   newest.newest = 1;
@@ -148,6 +152,34 @@ void BoxConnection::tellState() {
   all["newest_result"] = any ? Json(results->results.back().id) : Json(nullptr);
   all["active_results"] = status ? Json(status->active_results) : Json(nullptr);
   events_.put("state", all.dump());
+  const auto optional = [](auto& answer) { return answer ? std::optional{std::move(*answer)} : std::nullopt; };
+  known_.link_up = true;
+  known_.status = optional(status);
+  known_.corrections = optional(corrections);
+  const auto told = all["newest_result"].dump() + all["active_results"].dump();
+  tellMachine(std::exchange(told_results_, told) != told);
+}
+
+// The verdict on the machine, whenever it has changed. Results are read anew only when there are others.
+void BoxConnection::tellMachine(bool results_changed) {
+  if (results_changed) {
+    auto& box = *stream_.box();
+    auto results = command::storedResults(box, console_, {}, std::numeric_limits<std::size_t>::max());
+    if (results) known_.results = std::move(*results);
+    auto machine = command::ask<messages::DescribeMachine>(box, console_);
+    if (machine) known_.requirements = std::move(machine->requirements);
+    if (!results || !machine) told_results_.clear();  // again with the next state
+  }
+  auto text = command::describe(command::judge(known_)).dump();
+  if (text == told_machine_) return;
+  events_.put("machine", text);
+  const std::lock_guard lock{mutex_};
+  told_machine_ = std::move(text);
+}
+
+std::string BoxConnection::machine() {
+  const std::lock_guard lock{mutex_};
+  return told_machine_.empty() ? "null" : told_machine_;
 }
 
 std::string BoxConnection::about() {

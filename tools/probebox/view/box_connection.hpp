@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "tools/probebox/link/lasting_stream.hpp"
+#include "tools/probebox/text/machine_verdict.hpp"
 #include "tools/probebox/view/event_log.hpp"
 #include "tools/probebox/view/live_feed.hpp"
 
@@ -38,6 +39,9 @@ class BoxConnection {
   // {"descriptor", "link", ...} for a page that has just loaded.
   std::string about();
 
+  // The verdict on the machine as it was told last, for the same; "null" before the first.
+  std::string machine();
+
   // Reason why the link ended for good; nothing before that.
   std::optional<Trouble> trouble() const;
 
@@ -60,6 +64,7 @@ class BoxConnection {
   bool answerOne();
   void tellLink();
   void tellState();
+  void tellMachine(bool results_changed);
 
   EventLog& events_;
   std::istringstream nothing_;
@@ -72,12 +77,15 @@ class BoxConnection {
   messages::Descriptor descriptor_;
   std::optional<messages::Heartbeat> beat_;
   std::optional<bool> link_up_;
+  command::MachineKnown known_;
+  std::string told_results_;  // which results the verdict is about
   MonoTime next_samples_{}, next_state_{};
 
   mutable std::mutex mutex_;  // guards what follows
   std::vector<Asked> asked_;
   std::uint64_t questions_{};
   std::string about_;
+  std::string told_machine_;
   std::optional<Trouble> trouble_;
   const std::atomic<bool>& interrupted_;
   std::thread thread_;  // last: it uses all of the above

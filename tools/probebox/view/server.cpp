@@ -108,6 +108,8 @@ struct Server::Http {
 
   void declareReading() {
     server.Get("/api/about", [this](const auto&, auto& response) { response.set_content(connection.about(), kJson); });
+    server.Get("/api/machine",
+               [this](const auto&, auto& response) { response.set_content(connection.machine(), kJson); });
     server.Get("/api/methods", [](const auto&, auto& response) { response.set_content(methods(), kJson); });
     server.Get("/api/plan", [this](const auto& request, auto& response) {
       give(response, forecast(request.get_param_value("method"), machineOf(connection)));

@@ -2,10 +2,11 @@ import { begin, last, on } from "./box.js";
 import { calibrate } from "./calibrate.js";
 import { h, say, show } from "./dom.js";
 import { live } from "./live.js";
+import { machine } from "./machine.js";
 import { results } from "./results.js";
 import { tools } from "./tools.js";
 
-const TABS = [["live", "Live", live], ["calibrate", "Calibrate", calibrate], ["results", "Results", results], ["tools", "Tools", tools]];
+const TABS = [["machine", "Machine", machine], ["live", "Live", live], ["calibrate", "Calibrate", calibrate], ["results", "Results", results], ["tools", "Tools", tools]];
 const main = document.getElementById("main");
 let leave = () => {};
 let here = "";
@@ -23,6 +24,7 @@ function open(name) {
   main.setAttribute("role", "tabpanel");
   main.setAttribute("aria-labelledby", `tab-${found[0]}`);
   show(main);
+  scrollTo(0, 0); // each page begins at its top
   leave = found[2](main) ?? (() => {});
 }
 
@@ -42,6 +44,7 @@ addEventListener("keydown", (event) => {
   if (tab) { event.preventDefault(); location.hash = tab[0]; }
 });
 addEventListener("hashchange", () => open(hash()));
+history.scrollRestoration = "manual";
 
 const link = document.getElementById("link");
 function tellLink() {
@@ -54,4 +57,4 @@ function tellLink() {
 for (const kind of ["server", "link", "state"]) on(kind, tellLink);
 on("descriptor", (d) => { say(document.getElementById("box"), `${d.board} ${d.serial_number} · ${d.machine} · ${d.probe}`); document.title = `probebox ${d.serial_number}`; });
 begin();
-open(hash() || "live");
+open(hash() || "machine");

@@ -35,9 +35,10 @@ function tell(kind, value) {
 
 export function begin() {
   const events = new EventSource("/api/events");
-  for (const kind of ["samples", "state", "trigger", "link", "descriptor"])
+  for (const kind of ["samples", "state", "trigger", "link", "descriptor", "machine"])
     events.addEventListener(kind, (event) => tell(kind, JSON.parse(event.data)));
   events.onopen = () => tell("server", true);
   events.onerror = () => tell("server", false);
+  get("machine").then((verdict) => { if (verdict !== null && last.machine === undefined) tell("machine", verdict); }).catch(() => {});
   get("about").then((descriptor) => { if (descriptor !== null) tell("descriptor", descriptor); }).catch(() => {}); // the events tell it too
 }

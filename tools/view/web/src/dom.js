@@ -28,8 +28,8 @@ export function show(element, ...children) {
 
 export function table(head, rows, attributes) {
   return h("div", { class: "wide", tabindex: 0, role: "region", "aria-label": attributes?.label ?? "table" },
-    h("table", null,
-      h("thead", null, h("tr", null, head.map((cell) => h("th", { scope: "col", class: cell.n ? "n" : null }, cell.text ?? cell)))),
+    h("table", { class: attributes?.class },
+      h("thead", null, h("tr", null, head.map((cell) => h("th", { scope: "col", class: cell.n ? "n" : cell.narrow ? "narrow" : null }, cell.text ?? cell)))),
       h("tbody", null, rows)));
 }
 
@@ -40,3 +40,9 @@ export function valueCell(text) {
 }
 
 export const cell = (text, n) => h("td", { class: n ? "n" : null }, text);
+
+// The name of a decisive value, and the value itself, which is never broken, with what stands behind it.
+export function named(decisive, ...more) {
+  const rest = decisive.text.startsWith(decisive.name) ? decisive.text.slice(decisive.name.length).trim() : decisive.text;
+  return [h("span", { class: "what" }, decisive.name), h("span", { class: "number" }, rest, more)];
+}

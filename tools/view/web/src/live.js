@@ -1,46 +1,27 @@
 import { get, last, on } from "./box.js";
+import { channelOf, meanOf, settleDecimals, text } from "./channels.js";
 import { h, say, show } from "./dom.js";
-import { chart, dark, Edge, Slots } from "./strip_chart.js";
+import { state as stateOf } from "./icons.js";
+import { facts } from "./live_facts.js";
+import { chart, dark, Edge, HEIGHT, Slots } from "./strip_chart.js";
+import { touchDetail, WINDOW } from "./touch_detail.js";
 
 const SPANS = [5, 20, 60];
+const STANDS_MM = 0.005; // an axis that moves less between two states stands still
 const still = matchMedia("(prefers-reduced-motion: reduce)");
 
-const bar = (value, scale) => {
-  const part = Math.max(-1, Math.min(1, value / scale));
-  return `left:${part < 0 ? 50 + 50 * part : 50}%;width:${Math.abs(part) * 50}%`;
-};
-
-const scaleFor = (peak) => { let scale = 1000; for (let k = 0; scale < peak && k < 60; ++k) scale *= k % 3 === 1 ? 2.5 : 2; return scale; };
-
-function readouts() {
-  const tiles = {};
-  const tile = (key, title, wide) => {
-    const value = h("output", { class: "value", "aria-live": "off" }, "–");
-    const note = h("small", null, "");
-    tiles[key] = { value, note, box: h("section", { class: wide ? "tile wide2" : "tile" }, h("h3", null, title), value, note) };
-    return tiles[key].box;
-  };
-  return { tiles, tile };
-}
-
 export function live(main) {
-  let slots = null, channels = [], charts = [], span = 20, paused = false, armed = false, frozen = null, peak = 0, shownAt = 0;
+  let slots = null, channels = [], charts = [], span = 20, paused = false, armed = false, frozen = null, shownAt = 0, settledAt = 0, touchOf = 0;
   let zero = 0, changed = false; // the time at the right edge, s; are there other samples than those drawn?
   const edge = new Edge();
-  const positions = h("div", { class: "readouts positions" });
-  const deflections = h("div", { class: "readouts" });
-  const { tiles, tile } = readouts();
-  const state = h("div", { class: "readouts" }, tile("clock", "Master clock"), tile("ledger", "Samples", true), tile("correction", "Correction, µm", true),
-    tile("cut", "Cut"), tile("trigger", "Last trigger", true), tile("result", "In force"), tile("angles", "Angles, degrees", true));
-  tiles.angles.box.classList.add("hidden");
-  const holders = [h("div", { class: "chart" }), h("div", { class: "chart" })];
+  const positions = h("div", { class: "readouts positions" }), told = facts();
+  const columns = h("div", { class: "charts" }), touch = h("section", { class: "panel hidden", "aria-label": "Newest touch" });
   const status = h("p", { class: "small", role: "status" });
   const pause = h("button", { "aria-pressed": "false", onclick: () => hold(!paused) }, "Pause (space)");
   const freeze = h("button", { "aria-pressed": "false", onclick: () => arm(!armed) }, "Freeze at trigger (f)");
   const choose = h("select", { "aria-label": "Length of the charts", onchange: (event) => { span = Number(event.target.value); changed = true; } },
     SPANS.map((one) => h("option", { value: one, selected: one === span }, `${one} s`)));
-  show(main, h("h2", { class: "hidden" }, "Live"), positions, deflections, state,
-    h("div", { class: "bar" }, pause, freeze, choose, status), holders);
+  show(main, h("h2", { class: "hidden" }, "Live"), positions, told.element, h("div", { class: "bar" }, pause, freeze, choose, status), columns, touch);
 
   function hold(yes) {
     paused = yes;
@@ -50,9 +31,8 @@ export function live(main) {
       const kept = { times: [...slots.times], low: slots.low.map((one) => [...one]), high: slots.high.map((one) => [...one]) };
       for (const plot of charts) plot.take(kept, false);
     }
-    for (const plot of charts) plot.axes[0].label = "s before now";
     pause.setAttribute("aria-pressed", paused);
-    say(status, paused ? "Paused. Drag to look closer, double click to see all; the cursor shows values." : "");
+    say(status, paused ? "Paused. Times are s before now. Drag to look closer, double click to see all." : "");
   }
   function arm(yes) {
     armed = yes;
@@ -60,43 +40,55 @@ export function live(main) {
     say(status, armed ? "Waiting for a trigger." : "");
   }
 
+  function strip(channel, number) {
+    channel.output = h("output", { class: "value", "aria-live": "off" }, "–");
+    channel.heading = h("b");
+    const holder = h("div", { class: "chart" }, h("div", { class: "top" }, channel.heading, channel.output));
+    return { holder, make: () => chart(holder, channel, number, () => zero, (at) => { channel.at = at; }) };
+  }
   // Told more than once: the charts go on where the channels stay.
   let known = "";
   function prepare(descriptor) {
     const names = JSON.stringify(descriptor.channels);
     if (names === known) return;
     known = names;
-    channels = descriptor.channels.map((channel, index) => ({ ...channel, index, label: channel.name.replace(/^.*_/, "") }));
+    channels = descriptor.channels.map(channelOf);
     slots = new Slots(channels.length);
     for (const one of charts) one.destroy();
-    const of = (kind) => channels.filter((channel) => channel.name.startsWith(kind));
-    const sets = [["Deflection", of("deflection")], ["Position", of("position")]];
-    charts = sets.map(([title, some], k) => chart(holders[k], k === 0 ? title : `${title}, as the encoders count`, some, some[0]?.unit ?? "", () => zero));
-    const big = (channel, box) => { channel.output = h("output", { class: "value", "aria-live": "off" }, "–"); box.append(h("section", { class: "tile" }, h("h3", null, channel.name.startsWith("deflection") ? `Deflection ${channel.label}` : channel.label.toUpperCase()), channel.output, (channel.note = h("small", null, channel.unit)), channel.track)); };
-    show(positions); show(deflections);
-    for (const channel of of("position")) big(channel, positions);
-    for (const channel of of("deflection")) { channel.fill = h("span"); channel.track = h("div", { class: "track", "aria-hidden": "true" }, channel.fill); big(channel, deflections); }
+    const drawn = [channels.filter((one) => one.deflection), channels.filter((one) => one.name.startsWith("position"))].map((some) => some.map(strip));
+    show(columns, drawn.map((some) => h("div", null, some.map((one) => one.holder))));
+    charts = drawn.flat().map((one) => one.make());
+    show(positions, channels.filter((one) => one.name.startsWith("position")).map((channel) => {
+      channel.big = h("output", { class: "value", "aria-live": "off" }, "–");
+      channel.note = h("small");
+      return h("section", { class: "tile" }, h("h3", null, channel.letter), channel.big, channel.note);
+    }));
+    for (const channel of channels) name(channel);
+  }
+  function name(channel) {
+    if (channel.heading === undefined) return;
+    say(channel.heading, channel.deflection ? `Deflection ${channel.letter}, ${channel.unit}` : `${channel.letter}, ${channel.unit}, ${channel.machine ? "machine" : "as counted"}`);
   }
 
-  function numbers() {
+  function numbers(now) {
     if (!slots || slots.times.length === 0) return;
-    peak = 0;
-    for (const channel of channels) if (channel.fill) peak = Math.max(peak, ...slots.high[channel.index].slice(-1000).map(Math.abs), ...slots.low[channel.index].slice(-1000).map(Math.abs));
-    const scale = scaleFor(peak);
+    const settle = now - settledAt > 1000;
+    if (settle) settledAt = now;
     for (const channel of channels) {
       if (!channel.output) continue;
-      if (channel.machine) continue; // of the machine, by the state
-      const value = (slots.high[channel.index].at(-1) + slots.low[channel.index].at(-1)) / 2;
-      say(channel.output, channel.unit === "mm" ? value.toFixed(4) : Math.round(value).toString());
-      if (channel.fill) channel.fill.style.cssText = bar(value, scale);
+      if (settle) settleDecimals(channel, slots);
+      const value = meanOf(channel, slots), at = channel.at, shown = (one) => text(one * channel.shown.factor + channel.shown.offset, channel.decimals);
+      say(channel.output, at ? `${shown(at.low)} … ${shown(at.high)} at ${at.time_s.toFixed(2)} s` : value === null ? "–" : text(value, channel.decimals));
+      if (channel.big && !channel.machine && value !== null) say(channel.big, text(value, channel.decimals));
     }
   }
 
   // One picture of the screen. Samples are handed over when there are others; only the axis moves in between.
   function draw(now) {
     frame = requestAnimationFrame(draw);
-    if (slots === null || slots.times.length === 0 || paused) return;
-    if (now - shownAt > 100) { numbers(); shownAt = now; }
+    if (slots === null || slots.times.length === 0) return;
+    if (now - shownAt > 200) { numbers(now); shownAt = now; }
+    if (paused) return;
     const before = zero;
     zero = edge.follow(now * 1e-3, slots.times.at(-1), !still.matches);
     if (zero === before && !changed) return;
@@ -118,51 +110,48 @@ export function live(main) {
     frozen = trigger;
     zero = 0;
     const times = window_.times_ns.map((t) => (t - at) * 1e-9);
-    for (const plot of charts) {
-      plot.axes[0].label = "s after the trigger";
-      plot.take({ ...window_, times }, true);
-    }
-    say(status, `Frozen at trigger ${trigger.number}: 0 s is its stamp. ${window_.samples_per_column === 1 ? "Every sample is drawn." : `The extremes of ${window_.samples_per_column} samples a column.`}`);
+    for (const plot of charts) plot.take({ ...window_, times }, true);
+    say(status, `Frozen at trigger ${trigger.number}. Times are s after its stamp. ${window_.samples_per_column === 1 ? "Every sample is drawn." : `The extremes of ${window_.samples_per_column} samples a column.`}`);
     show(pause, "Live again (space)");
     paused = true;
   }
 
+  // The newest touch in detail, once it is over. Of touches in quick order one at a time.
+  let looking = false;
+  async function look(trigger) {
+    if (looking) return;
+    looking = true;
+    try {
+      await new Promise((done) => { setTimeout(done, WINDOW.after_ns * 1e-6 + 150); });
+      const window_ = await get("window", { from_ns: Math.round(trigger.at_ns - WINDOW.before_ns), to_ns: Math.round(trigger.at_ns + WINDOW.after_ns), columns: WINDOW.columns });
+      const some = channels.filter((one) => one.deflection);
+      if (some.length > 0 && window_.times_ns.length > 0 && !paused) touchDetail(touch, window_, some, trigger);
+    } catch { /* a lost link is told elsewhere */ } finally { looking = false; }
+  }
+
+  // Samples hold what the encoders count; where an axis is referenced, the box knows its machine position. What both differ by is
+  // learned while the axis stands still.
+  function place(channel, axis, counted) {
+    const was = channel.machine;
+    channel.machine = axis?.referenced === true;
+    if (channel.machine) {
+      say(channel.big, axis.position_mm.toFixed(channel.decimals));
+      const stands = Math.abs(counted - channel.counted_before) < STANDS_MM, off = axis.position_mm - counted - channel.shown.offset;
+      if (stands && Math.abs(off) > STANDS_MM) { channel.shown.offset += off; changed = true; }
+    } else if (was) { channel.shown.offset = 0; changed = true; }
+    channel.counted_before = counted;
+    if (was === channel.machine) return;
+    show(channel.note, stateOf(channel.machine ? "yes" : "check", channel.machine ? "machine mm, referenced" : `${channel.unit} as counted, not referenced`));
+    name(channel);
+  }
+
   function tell(one) {
+    told.tell(one);
     const c = one.corrections;
-    // Samples hold what the encoders count; where an axis is referenced, the box knows its machine position.
     channels.filter((channel) => channel.name.startsWith("position")).forEach((channel, k) => {
-      if (!c) { // a recording has none, and a box may fail to answer once: then what it said before still holds
-        if (channel.machine === undefined) say(channel.note, `${channel.unit}, as counted`);
-        return;
-      }
-      channel.machine = c.axes[k]?.referenced === true;
-      say(channel.note, channel.machine ? `${channel.unit}, machine` : `${channel.unit}, not referenced`);
-      if (channel.machine) say(channel.output, c.axes[k].position_mm.toFixed(4));
+      if (c) place(channel, c.axes[k], one.values?.[channel.index]);
+      else if (channel.machine === undefined) say(channel.note, `${channel.unit}, as counted`); // a recording has none, and a box may fail to answer once
     });
-    say(tiles.clock.value, one.clock?.state ?? "–");
-    tiles.clock.box.dataset.state = one.clock?.state === "locked" ? "pass" : one.clock?.state === "holdover" ? "warned" : "failed";
-    say(tiles.clock.note, one.clock ? `sigma ${Math.round(one.clock.sigma_ns)} ns` : "");
-    const l = one.ledger;
-    const lost = l.lost_at_source_samples + l.lost_in_queue_samples + l.lost_on_link_samples;
-    say(tiles.ledger.value, `${l.received_samples.toLocaleString("en")} + ${lost.toLocaleString("en")} lost`);
-    tiles.ledger.box.dataset.state = !l.balanced ? "failed" : lost > 0 ? "warned" : "pass";
-    say(tiles.ledger.note, `${l.balanced ? "exact" : "does not balance"}${l.box_restarts > 0 ? " since the box was restarted, unknown before" : ""}: source ${l.lost_at_source_samples}, queue ${l.lost_in_queue_samples}, link ${l.lost_on_link_samples}`);
-    if (c) {
-      say(tiles.correction.value, c.correction_mm.map((mm, k) => `${"XYZ"[k]} ${(mm * 1e3).toFixed(1)}`).join("  "));
-      tiles.correction.box.dataset.state = !c.valid ? "failed" : c.degraded ? "warned" : "pass";
-      show(tiles.correction.note, c.sources.map((source) => h("span", { class: `chip ${{ good: "pass", held: "warned", invalid: source.summed ? "failed" : "off" }[source.health] ?? "off"}` }, `${source.source} ${source.health}`)));
-      const turned = c.rotary_axes ?? [];
-      tiles.angles.box.classList.toggle("hidden", turned.length === 0);
-      tiles.angles.box.dataset.state = turned.some((axis) => axis.doubtful || axis.angle_deg === null) ? "warned" : "";
-      say(tiles.angles.value, turned.map((axis) => `${axis.axis} ${axis.angle_deg === null ? "–" : axis.angle_deg.toFixed(4)}`).join("  "));
-      say(tiles.angles.note, turned.filter((axis) => axis.doubtful || axis.angle_deg === null).map((axis) => `${axis.axis} ${axis.angle_deg === null ? "is not referenced" : "in doubt"}`).join("; "));
-      const holders_ = one.status?.inhibits ?? [];
-      say(tiles.cut.value, c.inhibited ? "on" : "none");
-      tiles.cut.box.dataset.state = c.inhibited ? "warned" : "";
-      say(tiles.cut.note, holders_.map((holder) => `${holder.connection} ${holder.by}`).join("; "));
-    }
-    say(tiles.result.value, String(one.active_results?.length ?? "–"));
-    say(tiles.result.note, one.active_results?.length === 1 ? "result" : "results");
   }
 
   let frame = 0;
@@ -173,9 +162,9 @@ export function live(main) {
     on("link", ({ up }) => { main.classList.toggle("stale", !up); if (!paused && !armed) say(status, up ? "" : "The link is lost: these are the last values."); }),
     () => main.classList.remove("stale"),
     on("trigger", (trigger) => {
-      say(tiles.trigger.value, `${trigger.number}`);
-      say(tiles.trigger.note, `line ${trigger.line}: ` + trigger.position_mm.map((mm, k) => `${"XYZ"[k]} ${mm === null ? "–" : mm.toFixed(4)}`).join("  "));
+      told.trigger(trigger);
       if (armed) freezeAt(trigger).catch((error) => say(status, error.message));
+      if (trigger.number !== touchOf) { touchOf = trigger.number; look(trigger); }
     }),
   ];
   const keys = (event) => {
@@ -185,12 +174,13 @@ export function live(main) {
   };
   const unpause = () => { if (!paused) show(pause, "Pause (space)"); };
   pause.addEventListener("click", unpause);
-  const fit = () => { for (const [k, plot] of charts.entries()) plot.setSize({ width: Math.max(280, holders[k].clientWidth), height: 230 }); };
+  const fit = () => { for (const plot of charts) plot.setSize({ width: Math.max(260, plot.root.parentElement.clientWidth - 20), height: HEIGHT }); };
   addEventListener("keydown", keys);
   addEventListener("resize", fit);
   const recolour = () => { for (const plot of charts) plot.redraw(false); };
   dark.addEventListener("change", recolour);
-  if (last.trigger === undefined) say(tiles.trigger.value, "none yet");
+  if (last.trigger === undefined) told.trigger(null);
+  fit();
   frame = requestAnimationFrame(draw);
   // For the tests of the frame rate and of memory.
   window.probeboxLive = {

@@ -40,9 +40,9 @@ export function stepPicture(step) {
   const stem = plus(plus(contact, at(approach, -9)), [0, 0, 60]);
   const [sx, sy] = project(stem);
   const angles = step.rotary_angles_rad.map((rad) => (rad * 180) / Math.PI);
-  const words = `${step.kind} of ${step.feature.replace("_", " ")}, normal X ${n[0].toFixed(2)} Y ${n[1].toFixed(2)} Z ${n[2].toFixed(2)}`;
+  const words = `${step.kind} of ${step.feature.replaceAll("_", " ")}, normal X ${n[0].toFixed(2)} Y ${n[1].toFixed(2)} Z ${n[2].toFixed(2)}`;
   return s("svg", { viewBox: "-120 -110 240 230", role: "img", "aria-label": words, class: "step" },
-    feature(step), arrow([-78, -78, -40], [-44, -78, -40], "X", "axis"), arrow([-78, -78, -40], [-78, -44, -40], "Y", "axis"), arrow([-78, -78, -40], [-78, -78, -6], "Z", "axis"),
+    feature(step), arrow([-78, -78, -40], [-44, -78, -40], "X", "frame"), arrow([-78, -78, -40], [-78, -44, -40], "Y", "frame"), arrow([-78, -78, -40], [-78, -78, -6], "Z", "frame"),
     step.kind !== "hold" && arrow(start, plus(contact, at(approach, -14)), "", "approach"),
     s("line", { class: "stem", x1: cx, y1: cy, x2: sx, y2: sy }), s("circle", { class: "tip", cx, cy, r: 8 }),
     angles.map((angle, k) => (angle !== 0 || k === 2) && dial(angle, "ABC"[k], -60 + 60 * k)));

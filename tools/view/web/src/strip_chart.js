@@ -1,9 +1,10 @@
-// Strip charts: the minimum and the maximum of every slot of time, moving evenly under a fixed time axis.
+// Strip charts, one a channel: the minimum and the maximum of every slot of time, moving evenly under a fixed time axis.
 import uPlot from "uplot";
 import { Envelope } from "./envelope.js";
 
 const KEPT = 6000; // slots of 10 ms: a minute
 const SERIES = ["--series1", "--series2", "--series3"];
+export const HEIGHT = 128; // px of a chart
 
 // Colours are looked up once for each scheme: a chart needs them 60 times a second.
 export const dark = matchMedia("(prefers-color-scheme: dark)");
@@ -57,31 +58,39 @@ export class Edge {
   }
 }
 
-// A chart of some channels: each a band from its minimum to its maximum. zero: the time that its axis counts from.
-export function chart(holder, title, channels, unit, zero) {
-  const series = [{ label: "Time", value: (_, t) => (t === null ? "–" : `${(t - zero()).toFixed(3)} s`) }];
-  const strokes = channels.map((_, k) => () => colour(SERIES[k % SERIES.length]));
-  channels.forEach((channel, k) => {
-    for (const what of ["max", "min"]) series.push({ label: `${channel.label} ${what}`, stroke: strokes[k], paths: () => null, points: { show: false } });
-  });
+// A chart of one channel: a band from its minimum to its maximum. channel.shown: from its value to the one that is shown,
+// { factor, offset }. zero: the time that the axis counts from. tell: called with what the cursor points at, or null.
+export function chart(holder, channel, colourNumber, zero, tell) {
+  const stroke = () => colour(SERIES[colourNumber % SERIES.length]);
+  const series = [{}, ...["max", "min"].map(() => ({ stroke, paths: () => null, points: { show: false } }))];
   const envelope = new Envelope();
-  const axis = { stroke: () => colour("--soft"), grid: { stroke: () => colour("--grid") }, ticks: { stroke: () => colour("--grid") } };
-  // The marks stand still while the samples pass.
-  const splits = (_, __, low, high, step) => {
+  const axis = { stroke: () => colour("--soft"), grid: { stroke: () => colour("--grid") }, ticks: { show: false }, font: "12px sans-serif" };
+  // The marks of time stand still while the samples pass; those of values are whole in the unit that is shown.
+  const marksOfTime = (_, __, low, high, step) => {
     const marks = [];
     for (let k = Math.ceil((low - zero()) / step - 1e-6); k * step <= high - zero() + 1e-6 * step; ++k) marks.push(zero() + k * step);
     return marks;
   };
-  const values = (_, marks) => marks.map((mark) => String(Number((mark - zero()).toFixed(6))));
+  const marksOfValue = (_, __, low, high, step) => {
+    const { factor, offset } = channel.shown, marks = [];
+    for (let k = Math.ceil((low * factor + offset) / (step * factor) - 1e-6); k * step * factor <= high * factor + offset + 1e-6 * step; ++k) marks.push((k * step * factor - offset) / factor);
+    return marks;
+  };
+  const decimals = (step) => Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
+  const valueTexts = (_, marks, __, ___, step) => marks.map((mark) => (mark * channel.shown.factor + channel.shown.offset).toFixed(decimals(step * channel.shown.factor)));
+  const point = (plot) => {
+    const at = plot.cursor.idx, [times, high, low] = plot.data;
+    tell(at === null || at === undefined || high[at] === null || high[at] === undefined ? null : { time_s: times[at] - zero(), low: low[at], high: high[at] });
+  };
   const plot = new uPlot({
-    title, width: Math.max(280, holder.clientWidth), height: 230, series, hooks: { draw: [(plot) => envelope.draw(plot, strokes.map((stroke) => stroke()))] },
-    scales: { x: { time: false }, y: { range: (_, low, high) => { const room = Math.max((high - low) * 0.1, 1e-6); return [low - room, high + room]; } } },
-    axes: [{ ...axis, label: "s before now", labelSize: 22, labelFont: "12px sans-serif", splits, values }, { ...axis, label: unit, size: 72, labelSize: 18, labelFont: "12px sans-serif" }],
-    legend: { live: true, markers: { stroke: (_, k) => `var(${SERIES[((k - 1) >> 1) % SERIES.length]})` } }, // as the scheme of the page is
-     cursor: { sync: { key: "probebox" }, drag: { x: true, y: false } },
+    width: Math.max(260, holder.clientWidth), height: HEIGHT, series, legend: { show: false }, padding: [6, 8, 0, 0],
+    hooks: { draw: [(plot) => envelope.draw(plot, [stroke()])], setCursor: [point] },
+    scales: { x: { time: false }, y: { range: (_, low, high) => { const room = Math.max((high - low) * 0.1, channel.least); return [low - room, high + room]; } } },
+    axes: [{ ...axis, size: 26, splits: marksOfTime, values: (_, marks) => marks.map((mark) => { const text = String(Number((mark - zero()).toFixed(6))); return mark === marks.at(-1) ? `${text} s` : text; }) },
+      { ...axis, size: 66, space: 28, splits: marksOfValue, values: valueTexts }],
+    cursor: { sync: { key: "probebox" }, drag: { x: true, y: false } },
   }, series.map(() => []), holder);
-  plot.some = channels;
   // times, low and high as Slots or a window have them.
-  plot.take = ({ times, low, high }, reset) => plot.setData([times, ...channels.flatMap(({ index }) => [high[index], low[index]])], reset);
+  plot.take = ({ times, low, high }, reset) => plot.setData([times, high[channel.index], low[channel.index]], reset);
   return plot;
 }

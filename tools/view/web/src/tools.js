@@ -32,7 +32,7 @@ function drawing(tool) {
   const stored = tool.stored_length_mm * scale, off = tool.tip_from_axis_mm[0] * scale * 50; // 50 times, or nobody would see it
   return s("svg", { viewBox: "-130 -12 300 350", role: "img", "aria-label": `Tool ${tool.number} in its holder`, class: "toolpicture" },
     box(-rh, 0, 2 * rh, holder, "piece"), box(-r + off, holder, 2 * r, long - cut, "piece"), box(-r + off, holder + long - cut, 2 * r, cut, "cutter"),
-    s("line", { x1: -118, x2: 118, y1: 0, y2: 0, class: "gauge" }), s("text", { x: 60, y: -3 }, "gauge line"),
+    s("line", { x1: -118, x2: 118, y1: 0, y2: 0, class: "gauge-line" }), s("text", { x: 60, y: -3 }, "gauge line"),
     s("line", { x1: right, x2: right, y1: holder, y2: holder + long, class: "size" }), s("text", { x: right + 6, y: holder + long / 2 }, `L3 ${number(tool.assembled_length_mm)}`),
     s("line", { x1: -40, x2: -40, y1: holder, y2: holder + stored, class: "size stored" }), s("text", { x: -46, y: holder + stored / 2 + 14, "text-anchor": "end" }, `store ${number(tool.stored_length_mm)}`),
     s("line", { x1: right, x2: right, y1: 0, y2: holder, class: "size" }), s("text", { x: right + 6, y: holder / 2 }, `L1 ${number(tool.holder_length_mm)}`));
