@@ -376,8 +376,8 @@ struct AccuracyDescription : MachineAccuracy {
   }
 };
 
-// What the newest result about a subject has to keep, for the decision whether the machine may cut; and when it is to be
-// measured again: behind what comes first.
+// What the newest result about a subject has to keep, for the decision whether the machine may cut; and when it is to
+// be measured again: behind what comes first.
 struct RequirementDescription {
   std::string subject;
   std::optional<double> limit_um, limit_us, limit_urad, every_days, cutting_h, temperature_k;

@@ -463,8 +463,8 @@ void readRequirements(std::vector<Section> sections, Machine& machine) {
     readKeys(section, one);
     const std::array keys{one.limit_um, one.limit_us, one.limit_urad, one.every_days, one.cutting_h, one.temperature_k};
     if (std::ranges::none_of(keys, [](const auto& key) { return key.has_value(); }))
-      section.problem("subject",
-                      "has nothing to keep: add limit_um, limit_us, limit_urad, every_days, cutting_h or temperature_k");
+      section.problem(
+          "subject", "has nothing to keep: add limit_um, limit_us, limit_urad, every_days, cutting_h or temperature_k");
     if (std::ranges::find(machine.requirements, one.subject, &RequirementDescription::subject) !=
         machine.requirements.end())
       section.problem("subject", "= \"" + one.subject + "\" has two [[requirement]] sections: write one");

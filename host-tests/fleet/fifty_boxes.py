@@ -141,7 +141,9 @@ def test(folder):
         time.sleep(APART_S + 2 * SCRAPE_S)
         ever = server.query(f"max_over_time({MOVED}[1h])").keys()
         assert ever == drifting, f"{len(ever)} machines raised it"
-        assert not server.query('max_over_time(ALERTS{alertstate="firing",alertname!="ProbeboxResultMoved"}[1h])'), "another alert"
+        # Information is there: nobody has measured the centrelines that machine.toml requires.
+        others = 'max_over_time(ALERTS{alertstate="firing",alertname!="ProbeboxResultMoved",severity!="info"}[1h])'
+        assert not server.query(others), "another alert"
         series = int(server.query('count({__name__=~"probebox_.+"})')[""])
         print(f"{BOXES} boxes, {series} series: {len(entries)} entries and {len(results)} results came once; {len(ever)} alerts")
 

@@ -225,13 +225,11 @@ struct Requirement {
   double limit_um{};
   double limit_us{};
   double limit_urad{};
-  double every_days{};
   static constexpr void fields(auto& self, auto&& field) {
     field("subject", self.subject, "of the results, such as rotary-c");
     field("limit_um", self.limit_um, "um, of its lengths: largest error plus U, of values that are no errors U alone");
     field("limit_us", self.limit_us, "us, the same of its times");
     field("limit_urad", self.limit_urad, "urad, the same of its angles");
-    field("every_days", self.every_days, "days after which it is due again");
   }
 };
 

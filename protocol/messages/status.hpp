@@ -284,7 +284,7 @@ struct Status {
             "a sentence for each result in force that rests on a retired result or fails a limit, and for each place "
             "whose "
             "typed and measured values are more than 4 sd apart");
-      field("due_subjects", self.due, "what machine.toml has a [[schedule]] for, and when it is to be measured again");
+      field("due_subjects", self.due, "what machine.toml has a [[requirement]] for, and when it is to be measured again");
       field("process", self.process, "the daemon as the kernel sees it");
       field("update", self.update, "what came of the last update, or how far one is; empty for none");
       field("front_end", self.front_end, "the probe receiver on USB, while one is connected",

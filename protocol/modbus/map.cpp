@@ -154,7 +154,7 @@ constexpr std::array kRegisters = std::to_array<Register>({
      "axes that are not absolute to be homed",
      of<&LineState::boots>},
     {51, "due", u16, 1, "", read,
-     "number of subjects that are to be measured again, or were never measured, by [[schedule]] of machine.toml",
+     "number of subjects that are to be measured again, or were never measured, by [[requirement]] of machine.toml",
      of<&LineState::due>},
 
     {address::delay_f32, "XYZ system delay", f32, 1, "ms", read,

@@ -7,7 +7,7 @@
 #include "protocol/state/shown_when.hpp"
 #include "protocol/step/step.hpp"
 
-// When what machine.toml has a [[schedule]] for is to be measured again.
+// When what machine.toml requires is to be measured again.
 namespace probebox::published {
 
 enum class DueState : std::uint8_t {
@@ -31,7 +31,7 @@ struct Due {
   bool has_time{}, has_cutting{}, has_temperature{};
   double remaining_s{}, remaining_cutting_s{}, remaining_temperature_k{};
   static constexpr void fields(auto& self, auto&& field) {
-    field("subject", self.name, "as in [[schedule]] of machine.toml", Identifier{});
+    field("subject", self.name, "as in [[requirement]] of machine.toml", Identifier{});
     field("result_id", self.result_id, "of the result in force; 0: none", Identifier{});
     field("state", self.state, "0 good, 1 overdue, 2 not known, 3 not measured: nothing about it is in force");
     field("due_utc", self.due_utc, "ISO 8601, when its days are over; empty where it has none, or no date is known");

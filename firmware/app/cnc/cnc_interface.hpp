@@ -34,7 +34,7 @@ struct CncDependencies {
   const Calibrations& calibrations;
   std::uint16_t boots{};
   std::string revision{};  // of the firmware
-  const DueDates* due{};   // null: nothing has a schedule
+  const DueDates* due{};   // null: nothing is ever due
 };
 
 }  // namespace probebox::app

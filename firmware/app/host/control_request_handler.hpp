@@ -70,7 +70,7 @@ class ControlRequestHandler {
     MachineTravel travel{};
     std::uint8_t control_axes{};  // axes whose positions the controller sends: bit 0 X, 1 Y, 2 Z, 3 A, 4 B, 5 C
     std::string boots_problem{};  // of the counter of starts, for status
-    const DueDates* due{};        // null: nothing has a schedule
+    const DueDates* due{};        // null: nothing is ever due
   };
   ControlRequestHandler(Identity identity, const Dependencies& dependencies, std::function<void(Reply)> reply_later);
 

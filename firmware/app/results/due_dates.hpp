@@ -13,7 +13,7 @@
 
 namespace probebox::app {
 
-// What is due, by the schedules of machine.toml. Any thread.
+// What is due, by the requirements of machine.toml. Any thread.
 class DueDates {
  public:
   // The others outlive this.

@@ -14,9 +14,9 @@ namespace probebox::app {
 namespace {
 
 std::optional<Error> whyUnknownSubject(const board::Machine& machine) {
-  for (const auto& schedule : machine.schedules) {
-    if (!parseSubject(schedule.subject))
-      return Error{"machine.toml: [[schedule]] subject = \"" + schedule.subject +
+  for (const auto& requirement : machine.requirements) {
+    if (!parseSubject(requirement.subject))
+      return Error{"machine.toml: [[requirement]] subject = \"" + requirement.subject +
                    "\" is none that results are about: write it as `probebox results` does, such as \"delay\", "
                    "\"centreline\" or \"tool-4\"."};
   }

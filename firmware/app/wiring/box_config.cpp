@@ -171,8 +171,10 @@ std::vector<messages::LineStatus> wireLines(const board::Box& box) {
 
 std::vector<results::Schedule> schedulesOf(const board::Machine& machine) {
   std::vector<results::Schedule> all;
-  for (const auto& [subject, days, cutting_h, temperature_k] : machine.schedules)
-    all.push_back({subject, days, cutting_h, temperature_k});
+  for (const auto& one : machine.requirements) {
+    if (one.every_days || one.cutting_h || one.temperature_k)
+      all.push_back({one.subject, one.every_days, one.cutting_h, one.temperature_k});
+  }
   return all;
 }
 

@@ -410,8 +410,8 @@ Outcome<std::unique_ptr<Daemon>> Daemon::start(const Options& options, const boa
                                                std::vector<PassedSocket> passed) {
   TRY(allowOpenFiles());
   // Before anything is written that has a date; the number of the start is not counted yet.
-  // An emulated machine runs on a developer's computer, whose clock is believed; but an image with it shows the day on which
-  // it was made.
+  // An emulated machine runs on a developer's computer, whose clock is believed; but an image with it shows the day on
+  // which it was made.
   const bool is_kept_right = isEmulated(descriptions) && options.updater.empty();
   setWallClock({.is_kept_right = is_kept_right, .start = 0});
   if (const auto refused = validate(options, descriptions)) return *refused;

@@ -133,9 +133,8 @@ messages::DescribeMachine::Answer machineInUse(const Facts& facts) {
     for (const auto& [error, value] : facts.measured_errors) answer.accuracy.back().*error->member = value;
   }
   if (facts.checked_ball) answer.checked_ball.push_back(checkInUse(*facts.checked_ball));
-  for (const auto& [subject, limit_um, limit_us, limit_urad, every_days] : facts.requirements)
-    answer.requirements.push_back(
-        {subject, limit_um.value_or(0), limit_us.value_or(0), limit_urad.value_or(0), every_days.value_or(0)});
+  for (const auto& [subject, limit_um, limit_us, limit_urad] : facts.requirements)
+    answer.requirements.push_back({subject, limit_um.value_or(0), limit_us.value_or(0), limit_urad.value_or(0)});
   return answer;
 }
 

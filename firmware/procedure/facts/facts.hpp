@@ -210,7 +210,7 @@ struct MeasuredError {
 // What the newest result about a subject has to keep (machine.toml, [[requirement]]); nothing where it is not stated.
 struct Requirement {
   std::string subject;
-  std::optional<double> limit_um, limit_us, limit_urad, every_days;
+  std::optional<double> limit_um, limit_us, limit_urad;
 };
 
 // A priori knowledge about features, stylus and rotary axes, from the descriptions.

@@ -42,9 +42,7 @@ TEST_F(RunningDaemon, CalibratesTheDelayByTouchesAndRestoresItAfterARestart) {
 }
 
 TEST_F(RunningDaemon, SaysWhatIsDueAlsoAfterARestart) {
-  overrule("machine.toml", "[corrections]",
-           "[[schedule]]\nsubject = \"delay\"\ndays = 30\ncutting_h = 0.01\n"
-           "[[schedule]]\nsubject = \"centreline\"\ndays = 7\n[corrections]");
+  overrule("machine.toml", "every_days = 30", "every_days = 30\ncutting_h = 0.01");
   startForRuns();
   auto host = connect();
   const auto due = [&] { return host->ask<messages::Status>().due; };

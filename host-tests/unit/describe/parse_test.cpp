@@ -83,22 +83,6 @@ TEST(MachineToml, HasTheSdOfEverySize) {
   EXPECT_EQ(machine->periodic_check->sd_ball_diameter_mm, 0.0003);
 }
 
-TEST(MachineToml, HasWhenResultsAreToBeMeasuredAgain) {
-  const auto machine = machineWith(
-      "[[schedule]]\nsubject = \"delay\"\ndays = 30\n[[schedule]]\nsubject = \"tool-4\"\n"
-      "cutting_h = 8\ntemperature_k = 5\n");
-  ASSERT_TRUE(machine.ok()) << machine.error().what;
-  ASSERT_EQ(machine->schedules.size(), 2U);
-  EXPECT_EQ(machine->schedules[0].days, 30);
-  EXPECT_FALSE(machine->schedules[0].cutting_h);
-  EXPECT_EQ(machine->schedules[1].subject, "tool-4");
-  EXPECT_EQ(machine->schedules[1].temperature_k, 5);
-  EXPECT_FALSE(machineWith("[[schedule]]\nsubject = \"delay\"\n").ok()) << "without any limit";
-  EXPECT_FALSE(machineWith("[[schedule]]\nsubject = \"delay\"\ndays = 0\n").ok());
-  EXPECT_FALSE(
-      machineWith("[[schedule]]\nsubject = \"delay\"\ndays = 1\n[[schedule]]\nsubject = \"delay\"\ndays = 2\n").ok());
-}
-
 // Only what is stated is believed: a missing key has its cautious value, and zero has to be written.
 TEST(MachineToml, HasWhatIsKnownOfItsOwnErrors) {
   EXPECT_FALSE(machineWith("")->accuracy);

@@ -159,7 +159,7 @@ TEST(MachineToml, MayStateWhatResultsHaveToKeep) {
   EXPECT_TRUE(machineWith("")->requirements.empty());
   const auto machine = machineWith(
       "[[requirement]]\nsubject = \"delay\"\nlimit_us = 20\nevery_days = 30\n"
-      "[[requirement]]\nsubject = \"rotary-c\"\nlimit_um = 8\nlimit_urad = 40\n");
+      "[[requirement]]\nsubject = \"rotary-c\"\nlimit_um = 8\nlimit_urad = 40\ncutting_h = 8\ntemperature_k = 5\n");
   ASSERT_TRUE(machine.ok()) << machine.error().what;
   ASSERT_EQ(machine->requirements.size(), 2U);
   EXPECT_EQ(machine->requirements[0].subject, "delay");
@@ -167,6 +167,8 @@ TEST(MachineToml, MayStateWhatResultsHaveToKeep) {
   EXPECT_EQ(machine->requirements[0].every_days, 30);
   EXPECT_FALSE(machine->requirements[0].limit_um);
   EXPECT_EQ(machine->requirements[1].limit_urad, 40);
+  EXPECT_EQ(machine->requirements[1].cutting_h, 8);
+  EXPECT_EQ(machine->requirements[1].temperature_k, 5);
   EXPECT_THAT(machineProblem("[[requirement]]\nsubject = \"delay\"\n"), HasSubstr("requirement"));
   EXPECT_THAT(machineProblem("[[requirement]]\nsubject = \"delay\"\nlimit_us = 1\n"
                              "[[requirement]]\nsubject = \"delay\"\nlimit_us = 2\n"),

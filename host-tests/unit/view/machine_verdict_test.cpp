@@ -55,8 +55,18 @@ MachineKnown known(std::vector<ResultSummary> results, std::vector<Requirement> 
   return all;
 }
 
-Requirement limitOfTimes(double limit_us, double every_days = 0) {
-  return {.subject = "delay", .limit_us = limit_us, .every_days = every_days};
+Requirement limitOfTimes(double limit_us) {
+  return {.subject = "delay", .limit_us = limit_us};
+}
+
+// As the box says it, which was asked to measure again within some days of those that remain.
+MachineKnown withDelayDue(MachineKnown all, published::DueState state, double remaining_days) {
+  all.status->due.push_back({.name = "delay",
+                             .result_id = 1,
+                             .state = state,
+                             .has_time = state != published::DueState::not_known,
+                             .remaining_s = remaining_days * 86'400});
+  return all;
 }
 
 const SubjectTile& tileOf(const MachineVerdict& verdict, const std::string& subject) {
@@ -64,14 +74,14 @@ const SubjectTile& tileOf(const MachineVerdict& verdict, const std::string& subj
 }
 
 TEST(MachineVerdict, SaysYesWhereEveryLimitIsKeptAndNothingIsDue) {
-  const auto verdict = judge(known({delay()}, {limitOfTimes(20, 30)}));
+  const auto verdict = judge(withDelayDue(known({delay()}, {limitOfTimes(20)}), published::DueState::good, 28));
   EXPECT_EQ(verdict.may_cut, MayCut::yes);
   EXPECT_TRUE(verdict.more.empty());
   ASSERT_EQ(verdict.tiles.size(), 1);
   EXPECT_EQ(verdict.tiles[0].may_cut, MayCut::yes);
   EXPECT_NEAR(*verdict.tiles[0].decisive->ratio, 0.5, 1e-9) << "U of 10 us in 20 us";
   EXPECT_NEAR(*verdict.tiles[0].age_days, 2, 1e-9);
-  EXPECT_NEAR(*verdict.tiles[0].due_in_days, 28, 1e-9);
+  EXPECT_EQ(dueText(verdict.tiles[0]), "due in 28 days");
 }
 
 TEST(MachineVerdict, AsksToLookWhereNoLimitIsStatedAndNamesTheFile) {
@@ -108,9 +118,8 @@ TEST(MachineVerdict, JudgesErrorsWithTheirUncertainty) {
 }
 
 TEST(MachineVerdict, IsDueAfterItsDays) {
-  const auto verdict = judge(known({delay()}, {limitOfTimes(20, 1)}));
+  const auto verdict = judge(withDelayDue(known({delay()}, {limitOfTimes(20)}), published::DueState::overdue, -1));
   EXPECT_EQ(verdict.may_cut, MayCut::check);
-  EXPECT_NEAR(*verdict.tiles[0].due_in_days, -1, 1e-9);
   EXPECT_NE(verdict.reason.find("overdue"), std::string::npos);
 }
 
@@ -163,7 +172,7 @@ TEST(MachineVerdict, KnowsNothingWithoutALink) {
 }
 
 TEST(MachineVerdict, TheMostSeriousReasonComesFirst) {
-  auto all = known({delay()}, {limitOfTimes(8, 1)});
+  auto all = withDelayDue(known({delay()}, {limitOfTimes(8)}), published::DueState::overdue, -1);
   all.status->clock.state = ClockState::holdover;
   const auto verdict = judge(all);
   EXPECT_EQ(verdict.may_cut, MayCut::stop);
@@ -171,11 +180,11 @@ TEST(MachineVerdict, TheMostSeriousReasonComesFirst) {
 }
 
 TEST(MachineVerdict, AnUnknownDateIsNeitherAgeNorDue) {
-  auto all = known({delay()}, {limitOfTimes(20, 1)});
+  auto all = withDelayDue(known({delay()}, {limitOfTimes(20)}), published::DueState::not_known, 0);
   all.status->utc = "unknown, 12 s after start 7";
   const auto verdict = judge(all);
   EXPECT_FALSE(verdict.tiles[0].age_days);
-  EXPECT_FALSE(verdict.tiles[0].due_in_days);
+  EXPECT_EQ(verdict.may_cut, MayCut::check) << "it may be due";
 }
 
 TEST(Trend, HoldsTheLastTenAboutTheSame) {

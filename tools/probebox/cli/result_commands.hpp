@@ -39,7 +39,7 @@ class ResultCommands {
     certificate->add_option("--by", certificate_.by, "the name of the person who issues it")->check(personsName());
     certificate
         ->add_option("--next-due", certificate_.next_due,
-                     "when the calibration has to be repeated, as agreed; without it by [[schedule]] of machine.toml")
+                     "when the calibration has to be repeated, as agreed; without it by [[requirement]] of machine.toml")
         ->check(day())
         ->type_name("DAY");
     certificate

@@ -32,7 +32,7 @@ std::string boxInWords(const messages::Descriptor& descriptor, const messages::D
          descriptor.serial_number;
 }
 
-// The day on which the days of machine.toml's [[schedule]] are over, of a result in force; empty without one.
+// The day on which the days of machine.toml's [[requirement]] are over, of a result in force; empty without one.
 std::string dayBySchedule(std::uint64_t id, link::Client& box, Console& console) {
   const auto status = ask<messages::Status>(box, console);
   if (!status) return "";

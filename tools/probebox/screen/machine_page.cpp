@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "protocol/units/wording.hpp"
+#include "tools/probebox/text/due.hpp"
 #include "tools/probebox/text/report.hpp"
 
 namespace probebox::command {
@@ -43,7 +44,7 @@ std::string sparkline(const Trend& trend, bool utf8) {
 
 std::string wordOn(const SubjectTile& tile) {
   if (tile.id == 0) return "not measured";
-  if (tile.due_in_days && *tile.due_in_days < 0) return dueText(tile);
+  if (tile.due && tile.due->state == published::DueState::overdue) return dueText(tile);
   if (!tile.decisive) return {};
   if (tile.decisive->ratio) return printed("%.0f %% of its limit", 100 * *tile.decisive->ratio);
   return limitText(*tile.decisive);

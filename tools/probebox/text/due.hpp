@@ -5,7 +5,10 @@
 
 namespace probebox::command {
 
-// "delay: good, 12.3 days left", "tool-4: overdue, 2.1 h of cutting over".
+// "5 min", "7 h", "12 days".
+std::string durationText(double days);
+
+// "due in 12 days, 30 h of cutting or 2 K", "overdue by 3 days", "not measured", "not known whether it is due".
 std::string dueText(const published::Due& due);
 
 }  // namespace probebox::command

@@ -4,7 +4,7 @@
 #include <array>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
+#include <limits>
 #include <map>
 #include <utility>
 
@@ -12,6 +12,7 @@
 #include "protocol/units/calendar.hpp"
 #include "protocol/units/wording.hpp"
 #include "tools/case/readable.hpp"
+#include "tools/probebox/text/due.hpp"
 #include "tools/probebox/text/report.hpp"
 #include "tools/probebox/text/subject_words.hpp"
 
@@ -21,19 +22,6 @@ namespace {
 using messages::Requirement;
 using messages::ResultState;
 using messages::ResultSummary;
-
-constexpr double kHoursOfADay = 24, kMinutesOfADay = 1440, kSecondsOfADay = 86400;
-
-// Days since the epoch of "2026-11-30T08:15:00Z"; nothing of a date that the box did not know.
-std::optional<double> daysOf(const std::string& utc) {
-  const auto day = dayOf(std::string_view{utc}.substr(0, 10));
-  int hours = 0, minutes = 0;
-  double seconds = 0;
-  if (!day || utc.size() < 19 || std::sscanf(utc.c_str() + 10, "T%d:%d:%lf", &hours, &minutes, &seconds) != 3)
-    return std::nullopt;
-  const auto since = std::chrono::sys_days{*day}.time_since_epoch().count();
-  return static_cast<double>(since) + hours / kHoursOfADay + minutes / kMinutesOfADay + seconds / kSecondsOfADay;
-}
 
 // Only results of these can replace each other.
 bool areAlike(const ResultSummary& one, const ResultSummary& other) {
@@ -74,7 +62,19 @@ std::vector<std::string> remarksOn(const ResultSummary& result, const std::vecto
   return remarks;
 }
 
-SubjectTile tileOf(const ResultSummary& result, const MachineKnown& known, std::optional<double> now) {
+const published::Due* dueOf(const MachineKnown& known, const std::string& subject) {
+  if (!known.status) return nullptr;
+  const auto found = std::ranges::find(known.status->due, subject, &published::Due::name);
+  return found == known.status->due.end() ? nullptr : &*found;
+}
+
+// What is never due is good.
+bool isKnownGood(const std::optional<published::Due>& due) {
+  return !due || due->state == published::DueState::good;
+}
+
+SubjectTile tileOf(const ResultSummary& result, const MachineKnown& known,
+                   std::optional<std::chrono::sys_seconds> now) {
   const auto* requirement = requirementOf(known.requirements, result.subject);
   SubjectTile tile{.subject = result.subject,
                    .title = subjectTitle(result.subject),
@@ -84,21 +84,18 @@ SubjectTile tileOf(const ResultSummary& result, const MachineKnown& known, std::
                    .accepted_utc = result.accepted_utc,
                    .measured_utc = result.proposed_utc,
                    .decisive = decisiveValue(result, requirement)};
-  if (const auto measured = daysOf(result.proposed_utc); measured && now) {
-    tile.age_days = std::max(0.0, *now - *measured);
-    if (requirement != nullptr && requirement->every_days > 0)
-      tile.due_in_days = requirement->every_days - *tile.age_days;
-  }
+  if (const auto measured = timeOf(result.proposed_utc); measured && now)
+    tile.age_days = std::max(0.0, std::chrono::duration<double, std::chrono::days::period>(*now - *measured).count());
+  if (const auto* due = dueOf(known, result.subject)) tile.due = *due;
   tile.remarks = remarksOn(result, known.results);
   if (tile.decisive) tile.trend = trendOf(result, *tile.decisive, known.results);
   const auto keeping = tile.decisive ? tile.decisive->keeping : Keeping::no_limit;
-  const bool overdue = tile.due_in_days && *tile.due_in_days < 0;
   const bool rests_on_retired = std::ranges::any_of(result.rests_on, &messages::RestsOn::retired);
   if (keeping == Keeping::exceeded) {
     tile.may_cut = MayCut::stop;
-  } else if (keeping == Keeping::not_proven || overdue || rests_on_retired || !result.warnings.empty()) {
+  } else if (keeping == Keeping::not_proven || !isKnownGood(tile.due) || rests_on_retired || !result.warnings.empty()) {
     tile.may_cut = MayCut::check;
-  } else if (keeping == Keeping::kept || tile.due_in_days) {
+  } else if (keeping == Keeping::kept || tile.due) {
     tile.may_cut = MayCut::yes;
   }
   return tile;
@@ -113,17 +110,20 @@ SubjectTile neverMeasured(const Requirement& requirement) {
   return tile;
 }
 
+double remainingTime(const SubjectTile& tile) {
+  return tile.due && tile.due->has_time ? tile.due->remaining_s : std::numeric_limits<double>::infinity();
+}
+
 // The worst first; of equal ones the one that is due first.
 void sortTiles(std::vector<SubjectTile>& tiles) {
   std::ranges::stable_sort(tiles, [](const SubjectTile& one, const SubjectTile& other) {
     if (one.may_cut != other.may_cut) return one.may_cut > other.may_cut;
-    constexpr double kNever = 1e9;
-    return one.due_in_days.value_or(kNever) < other.due_in_days.value_or(kNever);
+    return remainingTime(one) < remainingTime(other);
   });
 }
 
 std::vector<SubjectTile> tilesOf(const MachineKnown& known) {
-  const auto now = known.status ? daysOf(known.status->utc) : std::nullopt;
+  const auto now = known.status ? timeOf(known.status->utc) : std::nullopt;
   std::vector<SubjectTile> tiles;
   for (const auto& result : known.results)
     if (isInForce(result)) tiles.push_back(tileOf(result, known, now));
@@ -174,7 +174,7 @@ void addTile(const SubjectTile& tile, Reasons& reasons) {
   if (keeping == Keeping::exceeded) reasons.add(MayCut::stop, tile.title + " is beyond its limit: " + what + ".");
   if (keeping == Keeping::not_proven)
     reasons.add(MayCut::check, tile.title + " is not proven to be within its limit: " + what + ".");
-  if (tile.due_in_days && *tile.due_in_days < 0) reasons.add(MayCut::check, tile.title + " is " + dueText(tile) + ".");
+  if (!isKnownGood(tile.due)) reasons.add(MayCut::check, tile.title + ": " + dueText(tile) + ".");
   if (tile.may_cut == MayCut::check && keeping != Keeping::not_proven && !tile.remarks.empty())
     reasons.add(MayCut::check, tile.title + ": " + tile.remarks.front());
 }
@@ -251,20 +251,9 @@ Trend trendOf(const ResultSummary& newest, const DecisiveValue& decisive, const 
   return trend;
 }
 
-std::string durationText(double days) {
-  const auto counted = [](double number, const char* unit, const char* plural) {
-    return printed("%.0f ", number) + (std::round(number) == 1 ? unit : plural);
-  };
-  if (days < 1 / kHoursOfADay) return counted(std::max(1.0, days * kMinutesOfADay), "min", "min");
-  if (days < 2) return counted(days * kHoursOfADay, "h", "h");
-  return counted(days, "day", "days");
-}
-
 std::string dueText(const SubjectTile& tile) {
   if (tile.id == 0) return {};
-  if (!tile.due_in_days) return "no interval stated";
-  return *tile.due_in_days < 0 ? "overdue by " + durationText(-*tile.due_in_days)
-                               : "due in " + durationText(*tile.due_in_days);
+  return tile.due ? dueText(*tile.due) : "no interval stated";
 }
 
 MachineVerdict judge(const MachineKnown& known) {
@@ -339,7 +328,7 @@ Json describe(const MachineVerdict& verdict) {
                      {"decisive", tile.decisive ? describe(*tile.decisive) : Json(nullptr)},
                      {"age", tile.age_days ? Json(durationText(*tile.age_days)) : Json(nullptr)},
                      {"due", dueText(tile)},
-                     {"overdue", tile.due_in_days && *tile.due_in_days < 0},
+                     {"overdue", tile.due && tile.due->state == published::DueState::overdue},
                      {"remarks", remarks},
                      {"trend", describe(tile.trend)},
                      {"may_cut", nameOf(tile.may_cut)}});

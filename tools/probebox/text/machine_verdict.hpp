@@ -81,7 +81,7 @@ struct SubjectTile {
   std::string method{}, accepted_by{}, accepted_utc{}, measured_utc{};
   std::optional<DecisiveValue> decisive{};
   std::optional<double> age_days{};
-  std::optional<double> due_in_days{};  // negative: overdue; nothing where no interval is stated, or no date is known
+  std::optional<published::Due> due{};  // as the box says; nothing where it is never due
   std::vector<std::string> remarks{};   // rests on a retired result, warnings, a newer one that waits for a person
   Trend trend{};
   MayCut may_cut{};  // by this subject alone; unknown: nothing is required of it
@@ -104,9 +104,7 @@ struct MachineKnown {
 };
 MachineVerdict judge(const MachineKnown& known);
 
-// "5 min", "7 h", "12 days".
-std::string durationText(double days);
-// "due in 12 days", "overdue by 3 days", "no interval stated"; empty where it was never measured.
+// As dueText() of due.hpp, or "no interval stated"; empty where it was never measured.
 std::string dueText(const SubjectTile& tile);
 // "limit 8 um" or "no limit stated".
 std::string limitText(const DecisiveValue& decisive);

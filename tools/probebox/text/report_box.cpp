@@ -270,7 +270,7 @@ std::string page(const messages::Status::Answer& s) {
   all += row("late ticks", to_string(s.deadline_misses));
   all += row("procedure", s.procedure.empty() ? "none" : s.procedure);
   all += row("results in force", resultsOf(s.active_results));
-  for (const auto& due : s.due) all += row("due", dueText(due));
+  for (const auto& due : s.due) all += row("due", due.name + ": " + dueText(due));
   addStorage(s, all);
   all += row("links", to_string(s.links) + " connected");
   if (const auto text = notLetInText(s.not_let_in); !text.empty()) all += row("not let in", text);
