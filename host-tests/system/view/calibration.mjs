@@ -1,44 +1,6 @@
 // A whole calibration by page alone, and every screen as a picture, light and dark, wide and on a phone.
-import { accessible, box, browser, check, open, picture, probebox, run, start, view, write } from "./common.mjs";
+import { accessible, box, browser, CELL, check, open, picture, probebox, run, start, view, write } from "./common.mjs";
 
-const CELL = `
-[cell]
-name = "test cell"
-program_zero_mm = [120, 80, -100]
-[[rotary_axis]]
-letter = "C"
-carries = "solids"
-through_mm = [120, 80, -200]
-[[solid]]
-name = "table"
-part = "machine"
-shape = "box"
-size_mm = [400, 300, 40]
-at_mm = [120, 80, -220]
-[[solid]]
-name = "vise jaw"
-part = "fixture"
-shape = "box"
-size_mm = [20, 120, 60]
-at_mm = [60, 80, -170]
-moves_with = "C"
-[[solid]]
-name = "block"
-part = "workpiece"
-shape = "box"
-size_mm = [80, 60, 50]
-at_mm = [120, 80, -175]
-moves_with = "C"
-[[tool]]
-number = 4
-holder_radius_mm = 20
-holder_length_mm = 70
-radius_mm = 6
-length_mm = 60
-cutting_mm = 30
-assembled_length_mm = 58.2503
-W1_mm = [-0.012, 0.008]
-`;
 const HOSTILE = `<img src=x onerror="document.title='owned'"> Ada`;
 
 async function screens(page, name, where) {

@@ -3,7 +3,7 @@
 import { cpSync, existsSync, readdirSync, readFileSync, writeFileSync } from "node:fs";
 import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
-import { accessible, box, browser, check, folder, open, probebox, run, screens, start, stop, until, view } from "./common.mjs";
+import { accessible, box, browser, CELL, check, folder, open, probebox, run, screens, start, stop, view, write } from "./common.mjs";
 
 const top = join(dirname(fileURLToPath(import.meta.url)), "../../..");
 const SIZES = { phone: [390, 844], tablet: [1024, 768], desk: [1440, 900], wall: [2560, 1440] };
@@ -59,7 +59,7 @@ async function fits(page, where) {
 async function ready(page, name) {
   await page.evaluate((id) => { location.hash = id; }, name);
   await page.waitForSelector(`#tab-${name}[aria-selected=true]`);
-  const shown = { machine: ".tiles .tile", live: ".positions output", calibrate: ".promise b", results: ".subject td", tools: "main :not(:empty)" }[name];
+  const shown = { machine: ".tiles .tile", live: ".positions output", calibrate: ".promise b", results: ".subject td", tools: "svg.toolpicture" }[name];
   await page.locator(shown).first().waitFor();
   if (name === "live") await page.waitForFunction(() => globalThis.probeboxLive?.slots() > 150);
   if (name === "results") {
@@ -145,7 +145,7 @@ run(async () => {
   try {
     const daemon = await box("long", 0, longNamed());
     await fill(daemon.uri);
-    const server = await view(daemon.uri);
+    const server = await view(daemon.uri, "--cell", write("cell.toml", CELL));
     const pictures = [];
     await everyPage(chromium, server.address, pictures);
     await onAPhone(chromium, server.address);

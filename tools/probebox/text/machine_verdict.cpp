@@ -192,11 +192,9 @@ void addFailedChecks(const std::vector<ResultSummary>& results, Reasons& reasons
 }
 
 void addRequirements(const MachineKnown& known, const std::vector<SubjectTile>& tiles, Reasons& reasons) {
-  const bool any_in_force = std::ranges::any_of(tiles, [](const auto& tile) { return tile.id != 0; });
   const bool any_limit =
       std::ranges::any_of(known.requirements, hasLimit) ||
       std::ranges::any_of(tiles, [](const auto& tile) { return tile.decisive && tile.decisive->limit; });
-  if (!any_in_force) reasons.add(MayCut::check, "Nothing is calibrated: begin with the delay.");
   if (!any_limit)
     reasons.add(MayCut::check,
                 "No limits are stated: write [[requirement]] with subject and limit_um or limit_us into machine.toml.");
@@ -273,6 +271,8 @@ MachineVerdict judge(const MachineKnown& known) {
   Reasons reasons;
   if (known.corrections) addCorrections(*known.corrections, reasons);
   addFailedChecks(known.results, reasons);
+  if (std::ranges::none_of(verdict.tiles, [](const auto& tile) { return tile.id != 0; }))
+    reasons.add(MayCut::check, "Nothing is calibrated: begin with the delay.");
   for (const auto& tile : verdict.tiles) addTile(tile, reasons);
   addBox(*known.status, reasons);
   addRequirements(known, verdict.tiles, reasons);

@@ -45,9 +45,17 @@ std::string forPage(std::string_view text) {
   return casefolder::typeset(all);
 }
 
+// "tau machine" for tau_machine: where no file is told of, an underscore says nothing to a person.
+std::string inWords(std::string_view text) {
+  auto all = forPage(text);
+  for (std::size_t k = 1; k + 1 < all.size(); ++k)
+    if (all[k] == '_' && all[k - 1] != ' ' && all[k + 1] != ' ') all[k] = ' ';
+  return all;
+}
+
 Json list(const auto& texts) {
   Json all = Json::array();
-  for (const auto& text : texts) all.push_back(forPage(std::string_view{text}));
+  for (const auto& text : texts) all.push_back(inWords(std::string_view{text}));
   return all;
 }
 
@@ -136,7 +144,7 @@ void addJudgement(const messages::ResultSummary& summary, const std::vector<mess
 }
 
 // With the words that a page has for it.
-Json inWords(const messages::ResultSummary& summary) {
+Json titled(const messages::ResultSummary& summary) {
   Json object = describe(summary);
   object["standing"] = command::standingOf(summary);
   object["title"] = subjectTitle(summary.subject);
@@ -158,12 +166,12 @@ std::string methods() {
     const auto& subject = method->solver->subject.about;
     Json finds = Json::array();
     for (const auto& result : method->solver->results)
-      finds.push_back({{"name", nameOf(result.key)}, {"about", forPage(result.about)}});
+      finds.push_back({{"name", nameOf(result.key)}, {"about", inWords(result.about)}});
     all.push_back({{"name", std::string{method->name()}},
                    {"title", std::string{method->solver->title}},
                    {"subject", subject ? text(*subject) : std::string{}},
                    {"group", groupOf(*method->solver)},
-                   {"steps", forPage(method->steps)},
+                   {"steps", inWords(method->steps)},
                    {"finds", finds},
                    {"unobservable", list(method->solver->unobservable)},
                    {"needs", needsOf(*method)},
@@ -215,7 +223,7 @@ Answer results(link::Client& box, Console& console) {
   const auto requirements = requirementsOf(box, console);
   Json list = Json::array();
   for (const auto& one : all) {
-    Json object = inWords(one);
+    Json object = titled(one);
     object["decisive"] = decisiveOf(one, requirements);
     list.push_back(std::move(object));
   }
@@ -224,7 +232,7 @@ Answer results(link::Client& box, Console& console) {
 
 Answer result(link::Client& box, Console& console, std::uint64_t id) {
   TRY(const auto kept, command::keptResult(box, console, id));
-  Json object = inWords(kept.summary);
+  Json object = titled(kept.summary);
   object["dataset_kept"] = kept.dataset_kept;
   if (kept.result() != nullptr) {
     object["warnings"] = list(kept.result()->warnings);
