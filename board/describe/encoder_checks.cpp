@@ -26,7 +26,8 @@ AxisOfMachine axisOf(const Machine& machine, std::size_t axis) {
     return {"[axis." + letter + "]", "maximum_speed_mm_s", ReferenceBy::homing,
             machine.secondary_axes.at(axis - kEncoderLetters).has_value()};
   if (axis < kLinearEncoders)
-    return {"[axis." + letter + "]", "maximum_speed_mm_s", machine.axes.at(axis).reference.by, true};
+    return {"[axis." + letter + "]", "maximum_speed_mm_s", machine.axes.at(axis).reference.by,
+            letter != "Y" || machine.has_y};
   const auto& rotary = machine.rotary_axes.at(axis - kLinearEncoders);
   const bool counts = rotary && rotary->angle_from == AngleFrom::encoder;
   return {"[rotary_axis." + letter + "]", "maximum_speed_deg_s", counts ? rotary->reference : ReferenceBy::homing,

@@ -80,6 +80,7 @@ void checkTravel(const World& world, const Machine& machine, Reading& reading) {
   for (const auto& [key, place] : places) {
     for (std::size_t i = 0; i < machine.axes.size(); ++i) {
       const auto& axis = machine.axes[i];
+      if (i == 1 && !machine.has_y && key != "axes.home_mm") continue;  // beside the plane of its stylus
       if (place[i] >= axis.travel_min_mm && place[i] <= axis.travel_max_mm) continue;
       reading.add(reading.nameOf("world.toml") + ": '" + key + "' has " + "XYZ"[i] + " = " + plain(place[i]) +
                   ", and that axis travels " + inWords({axis.travel_min_mm, axis.travel_max_mm}) + " mm in " +
@@ -238,6 +239,16 @@ std::optional<std::uint8_t> triggerNamed(const Box& box, const std::string& name
   return std::nullopt;
 }
 
+Outcome<Descriptions> compiledIn(const std::string& folder, std::string_view (*file)(std::string_view),
+                                 const std::filesystem::path& overrides) {
+  if (const auto error = whyNoFolder(overrides)) return *error;
+  const Reader reader = [&](const std::string& name) -> Outcome<File> {
+    if (overridden(overrides, name)) return readFile(overrides / name);
+    return File{folder + name, std::string{file(name)}};
+  };
+  return load(reader, true);
+}
+
 }  // namespace
 
 std::optional<std::uint8_t> lineOfToolSetter(const Box& box, const Machine& machine) {
@@ -260,12 +271,11 @@ Outcome<Descriptions> loadDirectory(const std::filesystem::path& directory, cons
 }
 
 Outcome<Descriptions> simDescriptions(const std::filesystem::path& overrides) {
-  if (const auto error = whyNoFolder(overrides)) return *error;
-  const Reader reader = [&](const std::string& name) -> Outcome<File> {
-    if (overridden(overrides, name)) return readFile(overrides / name);
-    return File{"board/sim/" + name, std::string{simFile(name)}};
-  };
-  return load(reader, true);
+  return compiledIn("board/sim/", simFile, overrides);
+}
+
+Outcome<Descriptions> simLatheDescriptions(const std::filesystem::path& overrides) {
+  return compiledIn("board/sim-lathe/", simLatheFile, overrides);
 }
 
 }  // namespace probebox::board

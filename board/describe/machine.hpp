@@ -399,6 +399,7 @@ struct Machine {
   std::string name;
   std::string mounting;                 // where the probe sits; a result holds for one mounting
   std::array<AxisDescription, 3> axes;  // X, Y, Z
+  bool has_y{true};                     // false: a lathe of X and Z, whose Y stands at 0
   std::array<std::optional<SecondaryAxisDescription>, 3> secondary_axes;
   std::array<std::optional<ScrewDescription>, 3> screws;
   Programming x_programming{Programming::radius};

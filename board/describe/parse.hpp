@@ -44,5 +44,7 @@ Outcome<Descriptions> loadDirectory(const std::filesystem::path& directory,
 
 // The emulated board that is compiled in: the files of board/sim. `overrides` as above.
 Outcome<Descriptions> simDescriptions(const std::filesystem::path& overrides = {});
+// The emulated lathe of X and Z: the files of board/sim-lathe, and of board/sim where it has none.
+Outcome<Descriptions> simLatheDescriptions(const std::filesystem::path& overrides = {});
 
 }  // namespace probebox::board

@@ -276,6 +276,8 @@ void readScrews(Section& root, double hold_s, Machine& machine) {
     auto section = screws.sectionIfThere(name);
     if (!section) continue;
     machine.screws.at(axis) = readScrew(std::move(*section), hold_s, machine.axes.at(axis));
+    if (name == "Y" && !machine.has_y)
+      screws.problem(name, "is there, and axes = \"XZ\" in [machine] says that the machine has no Y: remove it");
     if (machine.secondary_axes.at(axis))
       screws.problem(name, "needs the place of the nut of " + name + ", and [axis." +
                                std::string{kSecondaryAxes[axis]} +
@@ -328,6 +330,32 @@ void readSecondaryAxes(Section& axes, Machine& machine) {
                              ", whose index mark says nothing of the sum: write reference = \"homing\" in [axis." +
                              primary + "], without index_mm, and let the control tell the sum after homing both");
   }
+}
+
+// The Y of a lathe of X and Z: it stands at 0 and is never corrected.
+AxisDescription standingAxis() {
+  constexpr double kAnyScale = 1e6;
+  AxisDescription axis;
+  axis.counts_per_mm = kAnyScale;
+  axis.reference.by = ReferenceBy::absolute;
+  return axis;
+}
+
+void readAxes(Section axes, Machine& machine) {
+  for (std::size_t axis = 0; axis < machine.axes.size(); ++axis) {
+    const std::string name{"XYZ"[axis]};
+    if (name != "Y" || machine.has_y) {
+      readAxis(axes.section(name), axis, machine);
+    } else if (axes.sectionIfThere(name)) {
+      axes.problem(name,
+                   "is there, and axes = \"XZ\" in [machine] says that the machine has none: remove it, or write "
+                   "axes = \"XYZ\"");
+    } else {
+      machine.axes[axis] = standingAxis();
+    }
+  }
+  readSecondaryAxes(axes, machine);
+  axes.finish();
 }
 
 void readDatumPlates(Section section, Machine& machine) {
@@ -383,6 +411,7 @@ CentrelineDescription readCentreline(Section section, double hold_s, const Machi
   readKeys(section, centreline);
   requireNear(section, "assumed_x_mm", centreline.assumed_x_mm, 0, machine);
   requireNear(section, "assumed_y_mm", centreline.assumed_y_mm, 1, machine);
+  centreline.correct_y = centreline.correct_y && machine.has_y;
   section.finish();
   return centreline;
 }
@@ -481,13 +510,10 @@ Machine readMachine(Section& root) {
   machine.mounting = readMounting(identity);
   machine.x_programming =
       identity.choice("x_programming", {"radius", "diameter"}, 0) == 0 ? Programming::radius : Programming::diameter;
+  machine.has_y = identity.choice("axes", {"XYZ", "XZ"}, 0) == 0;
   identity.finish();
 
-  auto axes = root.section("axis");
-  for (std::size_t axis = 0; axis < machine.axes.size(); ++axis)
-    readAxis(axes.section(std::string{"XYZ"[axis]}), axis, machine);
-  readSecondaryAxes(axes, machine);
-  axes.finish();
+  readAxes(root.section("axis"), machine);
 
   if (auto sphere = root.sectionIfThere("datum_sphere")) readDatumSphere(std::move(*sphere), machine);
   if (auto section = root.sectionIfThere("datum_plates")) readDatumPlates(std::move(*section), machine);

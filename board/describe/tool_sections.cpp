@@ -39,8 +39,8 @@ void readHolders(std::vector<Section> sections, Machine& machine) {
   }
 }
 
-// One face an axis, or both; the device stands on its -Z face.
-std::uint8_t readFaces(Section& section) {
+// One face of each axis of the machine, or both; the device stands on its -Z face.
+std::uint8_t readFaces(Section& section, bool has_y) {
   constexpr std::array<std::string_view, 5> kFaces{"+X", "-X", "+Y", "-Y", "+Z"};
   unsigned faces = 0;
   for (const auto& [text, line] : section.texts("faces", kFaces.size())) {
@@ -51,9 +51,12 @@ std::uint8_t readFaces(Section& section) {
       faces |= 1U << static_cast<unsigned>(face - kFaces.begin());
     }
   }
-  const bool every_axis = (faces & 3U) != 0 && (faces & 12U) != 0 && (faces & 16U) != 0;
+  const bool every_axis = (faces & 3U) != 0 && ((faces & 12U) != 0) == has_y && (faces & 16U) != 0;
   if (faces != 0 && !every_axis)
-    section.problem("faces", "leaves an axis out: name one face or both of X and of Y, and +Z");
+    section.problem("faces", has_y
+                                 ? "leaves an axis out: name one face or both of X and of Y, and +Z"
+                                 : "leaves an axis out, or names Y, which this machine does not have: name one face or "
+                                   "both of X, and +Z");
   return static_cast<std::uint8_t>(faces);
 }
 
@@ -84,7 +87,7 @@ void readToolLengths(std::vector<Section> sections, Machine& machine) {
   for (auto& section : sections) {
     ToolDescription tool;
     readKeys(section, tool);
-    tool.faces = readFaces(section);
+    tool.faces = readFaces(section, machine.has_y);
     if (section.has("holder")) tool.holder = static_cast<std::uint32_t>(section.integer("holder", kToolNumbers));
     requireNew(section, machine.tools, tool.number);
     if (section.good("holder") && !isThere(machine.holders, *tool.holder))

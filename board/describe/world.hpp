@@ -371,6 +371,7 @@ struct WorldTool {
     offsetKeys(self, key);
     key("length_mm", self.length_mm, within(0.1, kMostToolLength_mm), "from the machine's reference to the tip");
     key("radius_mm", self.radius_mm.emplace(), within(0.05, 100), "above the tip");
+    key("nose", self.nose, "true: a turning tool, whose radius is that of a ball about its tip");
   }
   // [sensor_head]
   static constexpr void sensorHeadKeys(auto& self, auto&& key) {

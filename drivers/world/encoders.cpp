@@ -13,6 +13,7 @@ Encoders::Encoders(const Config& config, std::uint64_t seed)
       random_{seed, RandomStream::encoders},
       sampling_{config.start, config.encoders.rate_hz, random_} {
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) sense_[axis] = config.machine.axes[axis].sense;
+  has_y_ = config.machine.has_y;
 }
 
 bool Encoders::take(Event& event, const Machine& machine, const Screws& screws, const FaultSchedule& faults,
@@ -32,7 +33,9 @@ bool Encoders::take(Event& event, const Machine& machine, const Screws& screws, 
   const bool dropped = missed || faults.active(FaultKind::encoders_silent, at);
   ++ledger.encoder_latches;
   if (dropped) ++ledger.dropped_encoders;
-  if (++axis_ == axes()) axis_ = 0, ++latch_;
+  ++axis_;
+  if (axis_ == static_cast<std::size_t>(Axis::y) && !has_y_) ++axis_;
+  if (axis_ == axes()) axis_ = 0, ++latch_;
   return !dropped;
 }
 

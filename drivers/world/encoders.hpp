@@ -31,6 +31,7 @@ class Encoders {
 
   board::WorldEncoders config_;
   std::array<int, kLinearAxes> sense_{};
+  bool has_y_{true};
   double c_counts_per_deg_, c_power_up_deg_;
   Vector3 tau_s_;
   Random random_;

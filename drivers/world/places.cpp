@@ -73,9 +73,7 @@ Place aroundSetter(const ControllerConfig& config, std::uint32_t tool_number, co
   return {Place::Shape::block, setter.centre_mm - tip, norm(half) + config.safe_distance_mm, half};
 }
 
-}  // namespace
-
-Place placeOf(const ControllerConfig& config, const Prompt& step, std::uint32_t tool, const Pose& pose) {
+Place anywhere(const ControllerConfig& config, const Prompt& step, std::uint32_t tool, const Pose& pose) {
   const auto& known = config.known;
   const Vector3 tip = tipIn(known, tool, pose);
   if (step.kind == StepKind::turn) return besideLine(known, step, tip);
@@ -91,6 +89,15 @@ Place placeOf(const ControllerConfig& config, const Prompt& step, std::uint32_t 
   // The shank is above the tip along the tool.
   const Vector3 above = swivelled(known, pose) * Vector3{0, 0, step.shank_height_mm};
   return aroundBall(config, step, pose, tip + above);
+}
+
+}  // namespace
+
+// A machine without Y meets features in the plane in which it moves.
+Place placeOf(const ControllerConfig& config, const Prompt& step, std::uint32_t tool, const Pose& pose) {
+  Place place = anywhere(config, step, tool, pose);
+  if (!config.has_y) place.centre[1] = config.park_mm()[1];
+  return place;
 }
 
 double freeHeight(const ControllerConfig& config, std::uint32_t tool, const Pose& pose) {

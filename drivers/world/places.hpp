@@ -16,6 +16,7 @@ namespace probebox::world {
 struct ControllerConfig {
   board::World known;          // as set up by hand, so its positions are slightly wrong
   double safe_distance_mm{2};  // traverses stay this far from the surface
+  bool has_y{true};            // false: a lathe of X and Z; Y stays where it parks
   bool homes{true};            // reports the positions of the axes to a box that has just started
   double run_out_mm{1.5};      // the retract keeps its speed until the clearance, and stops this far beyond
   Nanoseconds settle{std::chrono::milliseconds{50}};  // at rest before a step begins

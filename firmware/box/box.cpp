@@ -191,7 +191,10 @@ void Box::on(const Count& count) {
   take(count);
 }
 
+// An axis that the machine does not have stands at 0 whenever the first one is latched, so that all that needs three
+// axes has them.
 void Box::take(const Count& count) {
+  if (!config_.has_y && count.axis == Axis::x) take(Count{Axis::y, count.sequence, 0, count.at});
   rate_meter_.sample(count);
   latch_.push(count);
   corrections_.push(count);
@@ -345,7 +348,13 @@ void Box::drainLatch() {
 }
 
 // The samples that were decided so far keep the delay that they were made with.
-void Box::on(const DelayActivated& activated) {
+// An axis that stands is as late as the first one.
+void Box::on(const DelayActivated& measured) {
+  DelayActivated activated = measured;
+  if (!config_.has_y) {
+    activated.tau_s[1] = measured.tau_s[0];
+    activated.sd_s[1] = measured.sd_s[0];
+  }
   drainLatch();
   closeBlock();
   state_.delay_applied = latch_.setTau(tauOf(activated));

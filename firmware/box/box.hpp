@@ -32,6 +32,7 @@ struct BoxConfig {
                                               std::chrono::microseconds{200}};  // of positions from the controller
   latch::LatchConfig latch;
   std::array<double, kLinearAxes> mm_per_count{};  // signed by the sense of the axis
+  bool has_y{true};                                // false: a lathe of X and Z, whose Y stands at 0
   corrections::CorrectionsConfig corrections;
   capture::Capacity capture;
   bool counts_have_own_stamps{};                             // axes are read one by one, and not latched together

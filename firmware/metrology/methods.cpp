@@ -6,6 +6,7 @@
 
 #include "firmware/metrology/centreline/axis_alignment.hpp"
 #include "firmware/metrology/centreline/centreline.hpp"
+#include "firmware/metrology/centreline/centreline_x.hpp"
 #include "firmware/metrology/centreline/limited_access.hpp"
 #include "firmware/metrology/centreline/periodic_check.hpp"
 #include "firmware/metrology/centreline/rim_steps.hpp"
@@ -52,6 +53,7 @@ constexpr auto kMethods = std::to_array<const Method*>({
     &kCentreline,
     &kCentrelineBySteps,
     &kCentrelineLimitedAccess,
+    &kCentrelineX,
     &kCornerFit,
     &kDelayContour,
     &kDelayFeature,

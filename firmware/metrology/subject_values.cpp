@@ -7,6 +7,7 @@
 
 #include "firmware/metrology/centreline/axis_alignment.hpp"
 #include "firmware/metrology/centreline/centreline.hpp"
+#include "firmware/metrology/centreline/centreline_x.hpp"
 #include "firmware/metrology/centreline/spindle_offset.hpp"
 #include "firmware/metrology/methods.hpp"
 #include "firmware/metrology/tool/tool_setter.hpp"
@@ -17,15 +18,17 @@ namespace {
 // What counts for subjects of a kind and its variants, in the order in which it is told.
 struct ValuesOfSubject {
   SubjectKind kind;
-  std::array<const Quantity*, 3> values{};
+  std::array<const Quantity*, 5> values{};
   const Method* method{};  // its name is the subject of a result whose case gives no number
 };
 constexpr ValuesOfSubject kAbout[]{
-    {SubjectKind::centreline, {&quantity::kCentre, &quantity::kCTilt, &quantity::kZSlide}},
+    {SubjectKind::centreline,
+     {&quantity::kCentre, &quantity::kCTilt, &quantity::kZSlide, &quantity::kCentreX, &quantity::kCTiltX}},
     {SubjectKind::spindle_offset, {&quantity::kOffsetCMinusA}},
     {SubjectKind::stylus_offset, {&quantity::kStylusOffset, &quantity::kStylusOffsetX, &quantity::kStylusOffsetY}},
-    {SubjectKind::tool, {&quantity::kToolOffset}, &kToolSetter},
-    {SubjectKind::setter, {&quantity::kSetter, &quantity::kLink}},
+    {SubjectKind::tool, {&quantity::kToolOffset, &quantity::kToolOffsetX, &quantity::kToolOffsetZ}, &kToolSetter},
+    {SubjectKind::setter,
+     {&quantity::kSetter, &quantity::kLink, &quantity::kSetterX, &quantity::kSetterZ, &quantity::kLinkX}},
 };
 
 Compared comparedOf(const Estimate& estimate) {
@@ -83,8 +86,10 @@ std::string unitOfRms(const Result& result) {
 namespace {
 
 const Estimate* slopeOf(const Result& result) {
-  const auto* of_spindle = result.find(quantity::kCTilt.key);
-  return of_spindle != nullptr ? of_spindle : result.find(quantity::kZSlide.key);
+  for (const auto* slope : {&quantity::kCTilt, &quantity::kCTiltX, &quantity::kZSlide}) {
+    if (const auto* found = result.find(slope->key)) return found;
+  }
+  return nullptr;
 }
 
 void widen(std::vector<double>& sd, const std::vector<double>& of_slope, double up_mm) {

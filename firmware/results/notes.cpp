@@ -68,10 +68,12 @@ std::optional<std::string> aboutOtherAxes(const Ledger& ledger, const Values& va
   const auto in_force = delayByAxis(ledger, values);
   std::string of, kept, never;
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    if (!values.has_y && axis == static_cast<std::size_t>(Axis::y)) continue;
     const bool is_known = in_force && in_force->sd_s[axis] > 0;
     auto& list = observed->has(axis) ? of : is_known ? kept : never;
     list += (list.empty() ? "" : ", ") + std::string{"XYZ"[axis]};
   }
+  if (kept.empty() && never.empty()) return std::nullopt;
   return "It is the delay of " + of + " alone." + (kept.empty() ? "" : " " + kept + " keeps the one in force.") +
          (never.empty() ? "" : " That of " + never + " was never measured: its positions stay late by it.");
 }

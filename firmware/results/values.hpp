@@ -25,7 +25,8 @@ struct Difference {
 
 // What decisions ask about values. Each gives the same answer for the same results.
 struct Values {
-  Binding here;  // probe, machine and mounting that this box describes; any subject
+  Binding here;      // probe, machine and mounting that this box describes; any subject
+  bool has_y{true};  // false: a lathe of X and Z, which needs no delay of Y
   std::size_t most_tool_lengths{};
   // Null for a result that is damaged, or that there is not. State and persons are those of the ledger.
   std::function<std::shared_ptr<const Record>(Id)> record;

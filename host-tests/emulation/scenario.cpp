@@ -20,6 +20,16 @@ const board::Descriptions& sim() {
   return *descriptions;
 }
 
+const board::Descriptions& lathe() {
+  static const auto descriptions = board::simLatheDescriptions();
+  return *descriptions;
+}
+
+// The board that is compiled in and has the axes of this world.
+const board::Descriptions& describedFor(const world::Config& config) {
+  return config.machine.has_y ? sim() : lathe();
+}
+
 Nanoseconds interval(double rate_hz) {
   return Nanoseconds{std::llround(1e9 / rate_hz)};
 }
@@ -30,6 +40,17 @@ world::Config warmingWorld(const std::filesystem::path& config) {
   if (config.empty()) return {*sim().world, sim().machine};
   const auto other = board::simDescriptions(config);
   return {*other->world, other->machine};
+}
+
+world::Config latheWorld() {
+  world::Config config{*lathe().world, lathe().machine};
+  config.screws = {};
+  config.encoders.power_up_mm = {};
+  return config;
+}
+
+procedure::Facts latheFacts() {
+  return procedure::factsOf(lathe());
 }
 
 world::Config usualWorld() {
@@ -50,7 +71,8 @@ box::BoxConfig usualBox(const world::Config& config) {
   box.probe_clock.rate_hz = config.probe.rate_hz * (1 + 60e-6);
   for (std::size_t i = 0; i < kLinearAxes; ++i)
     box.mm_per_count[i] = config.machine.axes[i].sense / config.encoders.counts_per_mm;
-  box.corrections = app::correctionsConfig(sim().machine);
+  box.has_y = config.machine.has_y;
+  box.corrections = app::correctionsConfig(describedFor(config).machine);
   box.tool_setter_line = board::lineOfToolSetter(sim().box, sim().machine);
   if (config.touch_trigger) {
     box.latch.probe.interval = {};
@@ -124,7 +146,8 @@ box::BoxConfig boxWith(const world::Config& config, ProbeIs probe) {
 
 // Whoever set the part up told the controller which balls stand on it.
 world::ControllerConfig controllerOf(const world::Config& config) {
-  auto controller = world::controllerFor(*sim().world);
+  auto controller = world::controllerFor(*describedFor(config).world);
+  controller.has_y = config.machine.has_y;
   auto& known = controller.known;
   known.part_spindle.balls_mm = config.part_spindle.balls_mm;
   known.part_spindle.further_mounts = config.part_spindle.further_mounts;

@@ -56,7 +56,10 @@ class Recorder : public box::Outputs {
 // The emulated board: screws that warm up, counters that have to be referenced. config: a folder with descriptions in
 // place of those that are compiled in, such as board/sim-worn.
 world::Config warmingWorld(const std::filesystem::path& config = {});
-// The same with cold screws and absolute encoders.
+// The emulated lathe of X and Z, with cold screws and absolute encoders, and the facts in its descriptions.
+world::Config latheWorld();
+procedure::Facts latheFacts();
+// The emulated board with cold screws and absolute encoders.
 world::Config usualWorld();
 box::BoxConfig usualBox(const world::Config& config);
 // The facts about features and rotary axes in the emulated board's descriptions.

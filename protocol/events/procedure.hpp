@@ -120,8 +120,10 @@ struct ProcedureOptions {
     field("shank_height_mm", self.shank_height_mm,
           "mm above the middle of the stylus' ball, where the shank touches in the place of the last of the tools");
     field("c_on_line_rad", self.c_on_line_rad, "rad, how C stands with the ball of the rim on the line along +Y");
-    field("faces", self.faces,
-          "of the tool-setting device that the tool reaches: bit 0 +X, 1 -X, 2 +Y, 3 -Y, 4 +Z; 0: all of them");
+    field(
+        "faces", self.faces,
+        "sides that are touched, of the tool-setting device those that the tool reaches and on a lathe of X and Z none "
+        "along Y: bit 0 +X, 1 -X, 2 +Y, 3 -Y, 4 +Z, 5 -Z; 0: all of them");
     field("reach_mm", self.reach_mm, "mm from the middle of the datum sphere to that of the stylus' ball at contact");
     field("contact_beside_mm", self.contact_beside_mm,
           "mm to either side of the nominal line, where the stylus stands while C turns until the ball touches it; 0: "

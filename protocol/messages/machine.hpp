@@ -260,6 +260,7 @@ struct DescribeMachine {
     std::vector<CheckInUse> checked_ball{};
     std::vector<AccuracyInUse> accuracy{};
     std::vector<Requirement> requirements{};
+    bool has_y{true};
     static constexpr void fields(auto& self, auto&& field) {
       field("machine", self.machine, "name of the machine description");
       field("mounting", self.mounting, "where the probe sits");
@@ -285,6 +286,7 @@ struct DescribeMachine {
       field("checked_ball", self.checked_ball, "the ball of periodic-check; none or one");
       field("accuracy", self.accuracy, "errors of the machine, where they are stated; none or one");
       field("requirements", self.requirements, "what results have to keep, as machine.toml states it");
+      field("has_y", self.has_y, "0 on a lathe of X and Z");
     }
   };
 };

@@ -20,10 +20,11 @@ constexpr BlockValue kPivot[]{{"X", mm, {{{result_key::kPivotXz, 0}, {result_key
                               {"lean along Y", rad, {{{result_key::kLeanYz, 0}, {result_key::kLeanXy, 1}}}},
                               {"lean along Z", rad, {{{result_key::kLeanXz, 1}, {result_key::kLeanYz, 1}}}},
                               {"place along its axis", mm, {{{result_key::kAlong, 0}}}}};
-constexpr BlockValue kSetter[]{{"X", mm, {{{result_key::kSetter, 0}}}},
+// Of a lathe of X and Z the Y is 0.
+constexpr BlockValue kSetter[]{{"X", mm, {{{result_key::kSetter, 0}, {result_key::kSetterX, 0}}}},
                                {"Y", mm, {{{result_key::kSetter, 1}}}},
-                               {"Z", mm, {{{result_key::kSetter, 2}}}},
-                               {"X from the turning axis", mm, {{{result_key::kLink, 0}}}},
+                               {"Z", mm, {{{result_key::kSetter, 2}, {result_key::kSetterZ, 0}}}},
+                               {"X from the turning axis", mm, {{{result_key::kLink, 0}, {result_key::kLinkX, 0}}}},
                                {"Y from the turning axis", mm, {{{result_key::kLink, 1}}}}};
 constexpr BlockValue kCheck[]{{"verdict", number, {{{result_key::kVerdict, 0}}}},
                               {"worst ratio", number, {{{result_key::kWorstRatio, 0}}}}};
@@ -84,9 +85,9 @@ constexpr ResultBlock kBlocks[]{
      .is_proposed = true},
 };
 
-constexpr BlockValue kTool[]{{"X offset", mm, {{{result_key::kToolOffset, 0}}}},
+constexpr BlockValue kTool[]{{"X offset", mm, {{{result_key::kToolOffset, 0}, {result_key::kToolOffsetX, 0}}}},
                              {"Y offset", mm, {{{result_key::kToolOffset, 1}}}},
-                             {"Z offset", mm, {{{result_key::kToolOffset, 2}}}}};
+                             {"Z offset", mm, {{{result_key::kToolOffset, 2}, {result_key::kToolOffsetZ, 0}}}}};
 constexpr BlockValue kAssembly[]{{"L4", mm, {{{result_key::kCompensation, 2}}}},
                                  {"W2 along X", mm, {{{result_key::kCompensation, 0}}}},
                                  {"W2 along Y", mm, {{{result_key::kCompensation, 1}}}}};

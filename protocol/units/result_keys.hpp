@@ -24,6 +24,9 @@ inline constexpr std::string_view kScrewGain = "K";
 inline constexpr std::string_view kColdReading = "reference_um";
 inline constexpr std::string_view kPreTravel = "pre_travel_mm";
 inline constexpr std::string_view kToolOffset = "tool_offset_mm";
+// Of a lathe of X and Z, which tells nothing of Y.
+inline constexpr std::string_view kToolOffsetX = "tool_offset_x_mm", kToolOffsetZ = "tool_offset_z_mm";
+inline constexpr std::string_view kSetterX = "setter_x_mm", kSetterZ = "setter_z_mm", kLinkX = "link_x_mm";
 inline constexpr std::string_view kCompensation = "compensation_mm";
 inline constexpr std::string_view kStylusOffset = "stylus_offset_mm";
 inline constexpr std::string_view kStylusOffsetX = "stylus_offset_x_mm", kStylusOffsetY = "stylus_offset_y_mm";

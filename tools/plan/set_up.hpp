@@ -13,6 +13,7 @@ namespace probebox::plan {
 inline constexpr double kAnyLimit_mm = 100;
 
 struct SetUp {
+  bool has_y{true};                       // false: a lathe of X and Z
   double machine_rate_hz{1000};           // of the slowest axis
   std::array<double, 3> axis_rates_hz{};  // of X, Y, Z; 0: as the slowest
   double machine_noise_um{0.5};           // standard deviation (k = 1) of one position

@@ -138,6 +138,7 @@ Eigen::Vector3d ballAt(const SetUp& set_up, std::uint16_t number) {
 procedure::Facts factsOf(const SetUp& set_up, std::uint32_t tool) {
   constexpr double kFoundBy_rad = 0.01;  // how far off the line the ball is found by eye
   procedure::Facts facts{
+      .has_y = set_up.has_y,
       .sphere_diameter_mm = set_up.sphere_diameter_mm,
       .gap_mm = set_up.gap_mm,
       .stylus_ball_diameter_mm = set_up.stylus_ball_diameter_mm,

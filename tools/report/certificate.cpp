@@ -38,7 +38,8 @@ constexpr auto kMeasurands = std::to_array<Measurand>({
      "gain turns deflections into machine axes with the spindle at A = 0, if the case states at which A it was "
      "measured"},
     {SubjectKind::centreline,
-     "the position of the turning axis C relative to the axis of the spindle that carries the probe"},
+     "the position of the turning axis C relative to the axis of the spindle that carries the probe; where a turret "
+     "carries it, relative to the tip of the stylus, in X alone"},
     {SubjectKind::centreline_tip,
      "the position of the turning axis C relative to the tip of the stylus with the spindle at A = 0: the offset of "
      "the tip from the axis of "

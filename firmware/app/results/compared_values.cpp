@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "firmware/app/results/result_values.hpp"
+#include "firmware/metrology/centreline/centreline_x.hpp"
 #include "firmware/metrology/dataset/quantity.hpp"
 #include "firmware/metrology/dataset/subject.hpp"
 #include "firmware/metrology/rotary/rotary_axis_errors.hpp"
@@ -159,7 +160,9 @@ Comparison compare(const store::Record& next, const store::Record& in_force) {
     takeCombined(others);
   }
   const auto* z = result->find(quantity::kMeanHeight.key);
-  const auto centre = std::ranges::find(others, quantity::kCentre.key, &Estimate::key);
+  const auto centre = std::ranges::find_if(others, [](const Estimate& each) {
+    return each.key == quantity::kCentre.key || each.key == quantity::kCentreX.key;
+  });
   if (z != nullptr && centre != others.end()) metrology::moveCentre(z->value(), *other, *result, *centre);
   if (result->find(quantity::kEachB.key) != nullptr || other->find(quantity::kEachB.key) != nullptr) {
     nameByB(*result, quantities);

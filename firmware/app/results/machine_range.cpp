@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 
+#include "firmware/metrology/centreline/centreline_x.hpp"
 #include "firmware/metrology/checks/plausible.hpp"
 #include "firmware/metrology/dataset/quantity.hpp"
 #include "firmware/metrology/dataset/subject.hpp"
@@ -50,6 +51,7 @@ std::optional<double> reachOf(const MachineTravel& travel) {
 
 std::optional<Error> turningAxisOutside(const metrology::Result& result, const MachineTravel& travel) {
   const auto* centre = result.find(quantity::kCentre.key);
+  if (centre == nullptr) centre = result.find(quantity::kCentreX.key);
   if (!findsATurningAxis(result) || centre == nullptr) return std::nullopt;
   for (std::size_t axis = 0; axis < std::min<std::size_t>(2, centre->values.size()); ++axis) {
     const auto& [min_mm, max_mm] = travel[axis];
@@ -57,7 +59,7 @@ std::optional<Error> turningAxisOutside(const metrology::Result& result, const M
     const double beyond_mm = max_mm - min_mm;
     const double value_mm = centre->values[axis];
     if (value_mm >= min_mm - beyond_mm && value_mm <= max_mm + beyond_mm) continue;
-    return outside(result, std::string{"centre_mm of "} + "XY"[axis], value_mm,
+    return outside(result, centre->key + " of " + "XY"[axis], value_mm,
                    "that axis travels from " + millimetres(min_mm) + " to " + millimetres(max_mm));
   }
   return std::nullopt;

@@ -7,6 +7,7 @@
 
 #include "firmware/app/results/result_values.hpp"
 #include "firmware/metrology/centreline/axis_alignment.hpp"
+#include "firmware/metrology/centreline/centreline_x.hpp"
 #include "firmware/metrology/dataset/quantity.hpp"
 #include "firmware/metrology/dataset/subject.hpp"
 #include "firmware/metrology/methods.hpp"
@@ -57,8 +58,24 @@ Outcome<std::vector<Event>> delay(const metrology::Result& result, const Subject
   return std::vector<Event>{event};
 }
 
+// (B14a). Of Y a lathe of X and Z tells nothing: it stays 0, as the axis that is not there.
+Outcome<std::vector<Event>> centrelineX(const metrology::Result& result, std::uint64_t id, MonoTime now) {
+  CentrelineActivated event{.result_id = id, .at = now};
+  TRY(const auto centre, valuesOf(result, quantity::kCentreX.key, 1));
+  TRY(const auto reference, valuesOf(result, quantity::kMeanHeight.key, 1));
+  event.centre_mm[0] = centre.values[0];
+  event.sd_centre_mm[0] = centre.sdOf(0);
+  event.reference_z_mm = reference.values[0];
+  if (result.find(quantity::kCTiltX.key) == nullptr) return std::vector<Event>{event};
+  TRY(const auto slope, valuesOf(result, quantity::kCTiltX.key, 1));
+  event.slope[0] = slope.values[0];
+  event.sd_slope[0] = slope.sdOf(0);
+  return std::vector<Event>{event};
+}
+
 // (B14), or the slide's own slope. A method that finds the centre at one height has no slope: 0.
 Outcome<std::vector<Event>> centreline(const metrology::Result& result, std::uint64_t id, MonoTime now) {
+  if (result.find(quantity::kCentreX.key) != nullptr) return centrelineX(result, id, now);
   CentrelineActivated event{.result_id = id,
                             .centre_mm = {},
                             .slope = {},

@@ -69,6 +69,7 @@ ResultsInForce::ResultsInForce(store::Store& store, Mounting mounting, std::func
 
 results::Values ResultsInForce::values() const {
   return {.here = bindingFor({}),
+          .has_y = mounting_.has_y,
           .most_tool_lengths = corrections::kMostMeasuredTools,
           .record = [this](Id id) { return recordOf(id); },
           .activation = [this](const Record& record) { return fitActivation(record); },

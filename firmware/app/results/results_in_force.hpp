@@ -32,6 +32,7 @@ struct Mounting {
   std::string machine;
   std::string mounting;
   MachineTravel travel{};
+  bool has_y{true};
 };
 
 // Outcome of an acceptance.

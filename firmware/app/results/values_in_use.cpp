@@ -7,6 +7,7 @@
 #include "firmware/app/results/result_events.hpp"
 #include "firmware/app/results/result_values.hpp"
 #include "firmware/metrology/centreline/axis_alignment.hpp"
+#include "firmware/metrology/centreline/centreline_x.hpp"
 #include "firmware/metrology/centreline/check_quantities.hpp"
 #include "firmware/metrology/dataset/quantity.hpp"
 #include "firmware/metrology/dataset/subject.hpp"
@@ -36,10 +37,25 @@ std::optional<procedure::ScrewFace> faceOf(const store::Record& record) {
       .result_id = record.id, .sector_um = table->values, .sd_um = largestSd(*table, table->values.size())};
 }
 
+// Of a lathe of X and Z, whose Y counts as 0.
+std::optional<procedure::TurningAxis> turningAxisInX(const store::Record& record) {
+  const auto* centre = record.result()->find(quantity::kCentreX.key);
+  if (centre == nullptr) return std::nullopt;
+  procedure::TurningAxis axis{.result_id = record.id, .at_mm = {centre->value(), 0}, .sd_mm = largestSd(*centre, 1)};
+  const auto* slope = record.result()->find(quantity::kCTiltX.key);
+  const auto* height = record.result()->find(quantity::kMeanHeight.key);
+  if (slope == nullptr || height == nullptr) return axis;
+  axis.z_mm = height->value();
+  axis.tilt_rad = {slope->value(), 0};
+  axis.sd_tilt_rad = largestSd(*slope, 1);
+  return axis;
+}
+
 // Turning axis by a centreline result from the spindle axis; a result from two heights states its tilt.
 std::optional<procedure::TurningAxis> turningAxisOf(const store::Record& record) {
   const auto* centre = record.result()->find(quantity::kCentre.key);
-  if (centre == nullptr || centre->values.size() != 2) return std::nullopt;
+  if (centre == nullptr) return turningAxisInX(record);
+  if (centre->values.size() != 2) return std::nullopt;
   procedure::TurningAxis axis{
       .result_id = record.id, .at_mm = {centre->values[0], centre->values[1]}, .sd_mm = largestSd(*centre, 2)};
   const auto* tilt = record.result()->find(quantity::kCTilt.key);

@@ -26,8 +26,9 @@ std::optional<Error> whyUnknownSubject(const board::Machine& machine) {
 }  // namespace
 
 Outcome<board::Descriptions> loadDescriptions(const Options& options) {
-  return options.board == "sim" ? board::simDescriptions(options.config)
-                                : board::loadDirectory(options.board, options.config);
+  if (options.board == "sim") return board::simDescriptions(options.config);
+  if (options.board == "sim-lathe") return board::simLatheDescriptions(options.config);
+  return board::loadDirectory(options.board, options.config);
 }
 
 std::optional<Error> validate(const Options& options, const board::Descriptions& descriptions) {

@@ -188,11 +188,17 @@ Outcome<std::unique_ptr<SimSource>> SimSource::open(const board::World& world, c
   return source;
 }
 
+world::ControllerConfig controllerOf(const board::World& world, const board::Machine& machine) {
+  auto config = world::controllerFor(world);
+  config.has_y = machine.has_y;
+  return config;
+}
+
 SimSource::SimSource(const board::World& world, const board::Machine& machine, std::unique_ptr<world::BoxLink> link,
                      MonoTime start)
     : world_{{world, machine, start}, world.seed},
       link_{std::move(link)},
-      controller_{world::controllerFor(world), world_.machine(), *link_},
+      controller_{controllerOf(world, machine), world_.machine(), *link_},
       reached_{start} {
   for (const auto& fault : world.faults) world_.inject(world::faultFrom(start, fault));
 }
@@ -289,8 +295,8 @@ class ProbeReceiver final : public io::EventSource {
 using Sources = std::vector<std::unique_ptr<io::EventSource>>;
 
 Outcome<Sources> openSim(const board::Descriptions& descriptions, const tcp::Address& box, MonoTime now) {
-  TRY(auto machine,
-      SimSource::open(*descriptions.world, descriptions.machine, std::make_unique<ControllerLink>(box), now));
+  TRY(auto machine, SimSource::open(*descriptions.world, descriptions.machine,
+                                    std::make_unique<ControllerLink>(box, descriptions.machine.has_y), now));
   Sources sources;
   sources.push_back(std::move(machine));
   return sources;

@@ -83,6 +83,8 @@ box::BoxConfig boxConfig(const board::Descriptions& descriptions) {
     const auto& described = descriptions.machine.axes[axis];
     config.mm_per_count[axis] = described.sense / described.counts_per_mm;
   }
+  config.has_y = descriptions.machine.has_y;
+  if (!config.has_y) config.latch.axes[1] = config.latch.axes[0];
   config.counts_have_own_stamps = devices.encoders == "axes";
   config.corrections = correctionsConfig(descriptions.machine);
   for (std::size_t axis = 0; axis < kRotaryAxes; ++axis)
@@ -182,7 +184,8 @@ Mounting mountingOf(const board::Descriptions& descriptions) {
   return {.probe_serial_number = descriptions.probe.name(),
           .machine = descriptions.machine.name,
           .mounting = descriptions.machine.mounting,
-          .travel = travelOf(descriptions.machine)};
+          .travel = travelOf(descriptions.machine),
+          .has_y = descriptions.machine.has_y};
 }
 
 }  // namespace probebox::app

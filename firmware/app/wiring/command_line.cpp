@@ -33,7 +33,9 @@ void declareOptions(CLI::App& command, Options& options) {
   command.set_version_flag("--version", "probeboxd " + firmwareVersion());
   command
       .add_option("--board", options.board,
-                  "sim (the emulated machine), or a folder with box.toml, machine.toml, probe.toml, service.toml")
+                  "sim (the emulated machine), sim-lathe (a lathe of X and Z), or a folder with box.toml, "
+                  "machine.toml, probe.toml, "
+                  "service.toml")
       ->capture_default_str();
   command.add_option("--state", options.state, "folder for results and whatever else must survive a restart");
   command.add_option("--config", options.config, "folder with descriptions that replace the board's own, file by file");

@@ -21,7 +21,7 @@ world::Prompt promptOf(const messages::ProcedureStatus::Answer& answer) {
 
 }  // namespace
 
-ControllerLink::ControllerLink(tcp::Address box) : box_{std::move(box)} {}
+ControllerLink::ControllerLink(tcp::Address box, bool has_y) : box_{std::move(box)}, has_y_{has_y} {}
 ControllerLink::~ControllerLink() = default;
 
 void ControllerLink::postMarker(const Marker& marker) {
@@ -42,7 +42,8 @@ void ControllerLink::postMarker(const Marker& marker) {
 }
 
 void ControllerLink::home(const world::Vector3& position_mm) {
-  ask(messages::Operation::home_axes, messages::encoded(messages::HomeAxes::Request{0b111, position_mm}));
+  const std::uint8_t axes = has_y_ ? 0b111 : 0b101;
+  ask(messages::Operation::home_axes, messages::encoded(messages::HomeAxes::Request{axes, position_mm}));
 }
 
 std::optional<bool> ControllerLink::markerAnswer() {

@@ -17,7 +17,8 @@ namespace probebox::app {
 // waits; the next question reopens a lost connection.
 class ControllerLink : public world::BoxLink {
  public:
-  explicit ControllerLink(tcp::Address box);
+  // has_y: false on a lathe of X and Z, which homes the two.
+  explicit ControllerLink(tcp::Address box, bool has_y = true);
   ~ControllerLink() override;
 
   void postMarker(const Marker& marker) override;
@@ -36,6 +37,7 @@ class ControllerLink : public world::BoxLink {
   void take(const messages::AnswerView& answer);
 
   tcp::Address box_;
+  bool has_y_;
   std::unique_ptr<io::BytePipe> pipe_;
   frame::Reader reader_;
   std::vector<std::byte> outgoing_;

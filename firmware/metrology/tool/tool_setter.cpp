@@ -181,6 +181,12 @@ Outcome<MatrixX3d, Refusal> probeOffsets(const Dataset& dataset, const Device& d
   return offsets;
 }
 
+// Touches of a lathe of X and Z: none along Y, which then counts as 0. Several B would turn them out of that plane.
+bool isFlat(const Device& device) {
+  return device.by_face && device.angles() == 1 &&
+         std::ranges::all_of(*device.table->column(column::kNormalY), [](double along) { return along == 0.0; });
+}
+
 // Whether some row of the other kind touched the face that this row touched, at the same B.
 bool sharesFace(const MatrixXd& touches, const Device& device, Index row) {
   for (Index other = 0; other < touches.rows(); ++other) {
@@ -212,6 +218,7 @@ std::optional<Refusal> badTouches(const MatrixXd& touches, const Device& device)
   }
   for (std::size_t group = 0; group < 2 * device.angles(); ++group) {
     Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+    if (isFlat(device)) spread(1, 1) = 1.0;
     for (Index row = 0; row < touches.rows(); ++row) {
       const Vector3d normal = touches.row(row).segment<3>(1).transpose();
       const auto angle = device.angle[static_cast<std::size_t>(row)];
@@ -220,7 +227,7 @@ std::optional<Refusal> badTouches(const MatrixXd& touches, const Device& device)
     if (symmetricEigenvalues(spread)[0] < 0.1) {
       return Refusal{"missing-face", std::string{"the faces that the "} + (group % 2 == 1 ? "tool" : "probe") +
                                          " touched" + device.at(group / 2) +
-                                         " do not determine all three coordinates: touch one more"};
+                                         " do not determine all coordinates: touch one more"};
     }
   }
   return std::nullopt;
@@ -257,6 +264,21 @@ RoundedPlaces sumsOfFaces(const MatrixXd& touches, const std::vector<std::size_t
   return faces;
 }
 
+// Fits without the columns of Y, which are empty, and gives those parameters as 0 and known.
+Outcome<Fit, Refusal> fitWithoutY(const MatrixXd& design, const VectorXd& values) {
+  std::vector<Index> kept;
+  for (Index column = 0; column < design.cols(); ++column) {
+    if (column % 3 != 1) kept.push_back(column);
+  }
+  TRY(const auto reduced, linearLeastSquares(design(Eigen::all, kept), values));
+  Fit whole = reduced;
+  whole.parameters = VectorXd::Zero(design.cols());
+  whole.cofactor = MatrixXd::Zero(design.cols(), design.cols());
+  whole.parameters(kept) = reduced.parameters;
+  whole.cofactor(kept, kept) = reduced.cofactor;
+  return whole;
+}
+
 // The device's centre as the probe sees it, then as the tool does, at one B after the other: three numbers each.
 // Each touch tells one coordinate of it, along the face's normal: the half width of that face and the radius of what
 // touched it are taken off.
@@ -272,7 +294,8 @@ Outcome<Measured, Refusal> fitFaces(const Device& device, const std::vector<std:
     const double radius_mm = touches(row, 5) + (touches(row, 0) == 0.0 ? stylus_mm : 0.0);
     values[row] = normal.dot(touches.row(row).tail<3>()) - touches(row, 4) - radius_mm;
   }
-  TRY(auto fit, linearLeastSquares(design / sigma, values / sigma));
+  TRY(auto fit, isFlat(device) ? fitWithoutY(design / sigma, values / sigma)
+                               : linearLeastSquares(design / sigma, values / sigma));
   RoundedPlaces places = sumsOfFaces(touches, group, design);
   places.parameters = fit.cofactor / (sigma * sigma) * places.parameters;
   return Measured{std::move(fit), touches.middleCols<3>(1).rowwise().normalized(), std::move(places)};
@@ -392,8 +415,36 @@ void promise(Answer& answer, const Device& device, std::string_view key, const B
   }
 }
 
+// The coordinates that are told, each under its key: x and z of tool and device, x of the link.
+struct Coordinate {
+  const Quantity* quantity{};
+  const ByOrientation* of{};
+  Index row{};
+};
+
+std::vector<Coordinate> coordinatesOf(const Found& found) {
+  std::vector<Coordinate> all{{&quantity::kToolOffsetX, &found.tool, 0},
+                              {&quantity::kToolOffsetZ, &found.tool, 2},
+                              {&quantity::kSetterX, &found.setter, 0},
+                              {&quantity::kSetterZ, &found.setter, 2}};
+  if (found.link) all.push_back({&quantity::kLinkX, &*found.link, 0});
+  return all;
+}
+
+void promiseFlat(Answer& answer, const Found& found) {
+  for (const auto& [quantity, of, row] : coordinatesOf(found))
+    answer.promiseScalar(quantity->key, of->values(0, row), of->by_readings.row(row));
+}
+
 // The promised values by what the fit does not know of: offsets and turning axis, then the rounding of the readings.
-MatrixXd slopesOf(const Found& found, const MatrixXd& by_rounding) {
+MatrixXd slopesOf(const Found& found, const MatrixXd& by_rounding, bool flat) {
+  if (flat) {
+    const auto all = coordinatesOf(found);
+    MatrixXd slopes{static_cast<Index>(all.size()), found.tool.by_inputs.cols() + by_rounding.cols()};
+    for (Index i = 0; const auto& [quantity, of, row] : all)
+      slopes.row(i++) << of->by_inputs.row(row), of->by_readings.row(row) * by_rounding;
+    return slopes;
+  }
   std::vector<const ByOrientation*> quantities{&found.tool, &found.setter};
   if (found.link) quantities.push_back(&*found.link);
   MatrixXd slopes{0, found.tool.by_inputs.cols() + by_rounding.cols()};
@@ -408,9 +459,14 @@ Result report(const Device& device, const Found& found, const std::optional<Turn
               const Measured& measured, const Sigma& sigma, Answer answer) {
   const auto parts = device.by_face ? std::span{kTouchColumns}.subspan(4, 1) : std::span{kCentreColumns}.subspan(1, 3);
   answer.readings(*device.table, parts, kIsTool);
-  promise(answer, device, quantity::kToolOffset, found.tool);
-  promise(answer, device, quantity::kSetter, found.setter);
-  if (found.link) promise(answer, device, quantity::kLink, *found.link);
+  const bool flat = isFlat(device);
+  if (flat) {
+    promiseFlat(answer, found);
+  } else {
+    promise(answer, device, quantity::kToolOffset, found.tool);
+    promise(answer, device, quantity::kSetter, found.setter);
+    if (found.link) promise(answer, device, quantity::kLink, *found.link);
+  }
   const auto rounding = roundingOfMeans(
       *device.table, {std::span{kTouchColumns}.subspan(6, 3), scatterAlong(measured.fit, measured.along, sigma)}, sigma,
       answer);
@@ -425,7 +481,7 @@ Result report(const Device& device, const Found& found, const std::optional<Turn
   sds.segment<4>(inputs - 4) << Vector2d::Constant(axis ? axis->sd : 0.0),
       Vector2d::Constant(axis ? axis->tilt_sd : 0.0);
   sds.tail(places.along.rows()) = (places.along.cwiseAbs2() * rounding.sd_mm.cwiseAbs2()).cwiseSqrt();
-  widen(result, slopesOf(found, places.parameters), sds, rounding.widening);
+  widen(result, slopesOf(found, places.parameters, flat), sds, rounding.widening);
   return result;
 }
 
@@ -488,10 +544,13 @@ constexpr KnownQuantity kSetterKnown[]{
     {"sd_half_width_mm", kHalfWidth.name, KnownKind::column, false, "half width of the setting device"},
     {"sd_centreline_mm", "centreline_mm", KnownKind::value, true, "turning axis"},
     {"sd_C_tilt_rad", "C_tilt_rad", KnownKind::value, true}};
-constexpr Quantity kSetterResults[]{quantity::kToolOffset, quantity::kSetter, quantity::kLink};
+constexpr Quantity kSetterResults[]{quantity::kToolOffset,  quantity::kSetter,      quantity::kLink,
+                                    quantity::kToolOffsetX, quantity::kToolOffsetZ, quantity::kSetterX,
+                                    quantity::kSetterZ,     quantity::kLinkX};
 constexpr Quantity kSetterFurther[]{quantity::kEachB};
 constexpr std::string_view kSetterUnobservable[]{
-    "an error of probe_offset_mm: it biases tool and setting device with unit sensitivity"};
+    "an error of probe_offset_mm: it biases tool and setting device with unit sensitivity",
+    "Y of the tool, its height against the turning axis, where the machine has no Y to touch along"};
 
 // Axes along which the device was touched from one side alone; none of the third, where it stands.
 std::optional<std::string> oneFaced(const Dataset& dataset) {
@@ -502,7 +561,7 @@ std::optional<std::string> oneFaced(const Dataset& dataset) {
     const auto* normals = touches->column(column);
     if (normals == nullptr) return std::nullopt;
     const auto [least, most] = std::ranges::minmax(*normals);
-    if (least < -0.1 && most > 0.1) continue;
+    if ((least < -0.1 && most > 0.1) || (least == 0.0 && most == 0.0)) continue;
     axes.append(axes.empty() ? "" : " and ").append(axis);
   }
   if (axes.empty()) return std::nullopt;
@@ -518,8 +577,10 @@ std::optional<Subject> subjectOfTool(const Dataset& dataset) {
   return numberedSubject(dataset, SubjectKind::tool, "tool");
 }
 
-std::vector<NamedSubject> alsoSetter(const Dataset&) {
-  return {{.name = text(Subject{SubjectKind::setter}), .needs = std::string{quantity::kSetter}}};
+std::vector<NamedSubject> alsoSetter(const Dataset& dataset) {
+  const auto device = readDevice(dataset);
+  const auto& needs = device && isFlat(*device) ? quantity::kSetterX : quantity::kSetter;
+  return {{.name = text(Subject{SubjectKind::setter}), .needs = std::string{needs}}};
 }
 
 }  // namespace

@@ -18,9 +18,11 @@ namespace probebox::metrology {
 // device to the turning axis at the device's Z (B22b); accepted_link_mm with setter_limit_mm notices that it changed.
 // Several B in one case (B22c): a column B_deg, and table probe_offsets{B_deg,x_mm,y_mm,z_mm} in the place of
 // probe_offset_mm; every value then is a matrix, a row each B in rising order, as accepted values have to be.
-// Gives tool_offset_mm, setter_mm and, with a centreline, link_mm. Refuses: missing-key, bad-config, bad-flag,
-// probe-not-measured, tool-not-measured, setter-moved; of touches bad-direction, faces-differ, missing-face; of several
-// B duplicated-angle, missing-orientation (a B without probe offset), too-many-angles (20).
+// Gives tool_offset_mm, setter_mm and, with a centreline, link_mm. Touches at one B of which none is along Y are those
+// of a lathe of X and Z: of them it gives tool_offset_x_mm, tool_offset_z_mm, setter_x_mm, setter_z_mm and link_x_mm,
+// where Y counts as 0. Refuses: missing-key, bad-config, bad-flag, probe-not-measured, tool-not-measured, setter-moved;
+// of touches bad-direction, faces-differ, missing-face; of several B duplicated-angle, missing-orientation (a B without
+// probe offset), too-many-angles (20).
 Outcome<Result, Refusal> solveToolSetter(const Dataset& dataset);
 
 namespace quantity {
@@ -36,6 +38,19 @@ inline constexpr Quantity kLink{
     .key = result_key::kLink,
     .about = "position of the device relative to the turning axis, x y; needs centreline_mm; one row per B",
     .axes = "XY"};
+inline constexpr Quantity kToolOffsetX{
+    .key = result_key::kToolOffsetX,
+    .about = "tool tip from the head's reference along X, in radius; no touch along Y",
+    .axes = "X"};
+inline constexpr Quantity kToolOffsetZ{.key = result_key::kToolOffsetZ,
+                                       .about = "the same along Z",
+                                       .axes = "Z",
+                                       .usual = {.least_mm = 20, .most_mm = 2000}};
+inline constexpr Quantity kSetterX{
+    .key = result_key::kSetterX, .about = "position of the device along X; no touch along Y", .axes = "X"};
+inline constexpr Quantity kSetterZ{.key = result_key::kSetterZ, .about = "the same along Z", .axes = "Z"};
+inline constexpr Quantity kLinkX{
+    .key = result_key::kLinkX, .about = "X of the device from the turning axis; needs centreline_mm", .axes = "X"};
 
 }  // namespace quantity
 

@@ -1,6 +1,7 @@
 #include "firmware/metrology/touch/ball_centre.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -80,8 +81,53 @@ struct Reading {
   std::size_t dof{};
 };
 
+// Touches of a lathe of X and Z are in one plane across Y, and meet a circle of the ball there: its middle is that of
+// the ball in X and Z, and Y is where all of them were.
+Outcome<Fit, Refusal> fitInPlane(const Rows3& points, double sigma) {
+  constexpr Eigen::Index kAlong = 1;
+  if (points.rows() < 3)
+    return Refusal{"too-few-readings", std::to_string(points.rows()) +
+                                           " points where a circle needs 3: touch more (+x, -x and +z are usual)"};
+  Eigen::MatrixXd flat{points.rows(), 2};
+  flat << points.col(0), points.col(2);
+  const auto start = algebraicBall(flat);
+  if (!start) return Refusal{"coplanar", "no circle passes near the points: touch the ball from more sides"};
+  Eigen::VectorXd at{3};
+  at << start->centre, start->radius;
+  TRY(auto fit, leastSquares(
+                    [&](const Eigen::VectorXd& circle) {
+                      Linearised model{Eigen::VectorXd{flat.rows()}, Eigen::MatrixXd{flat.rows(), 3}};
+                      for (Eigen::Index i = 0; i < flat.rows(); ++i) {
+                        const Eigen::RowVector2d arm = flat.row(i) - circle.head<2>().transpose();
+                        model.residuals[i] = (arm.norm() - circle[2]) / sigma;
+                        model.jacobian.row(i) << -arm.normalized() / sigma, -1.0 / sigma;
+                      }
+                      return model;
+                    },
+                    at));
+  // As of a sphere: X Y Z and the radius, with nothing unknown of Y.
+  Fit whole = fit;
+  whole.parameters =
+      Eigen::Vector4d{fit.parameters[0], points.col(kAlong).mean(), fit.parameters[1], fit.parameters[2]};
+  whole.cofactor = Eigen::MatrixXd::Zero(4, 4);
+  constexpr std::array<Eigen::Index, 3> kPlaces{0, 2, 3};
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    for (Eigen::Index k = 0; k < 3; ++k)
+      whole.cofactor(kPlaces[static_cast<std::size_t>(i)], kPlaces[static_cast<std::size_t>(k)]) = fit.cofactor(i, k);
+  }
+  return whole;
+}
+
+// Whether no touch of a reading was to be along Y.
+bool inPlane(const std::vector<Touch>& touches, const std::vector<std::size_t>& reading_of_touch, std::size_t reading) {
+  for (std::size_t i = 0; i < touches.size(); ++i) {
+    if (reading_of_touch[i] == reading && touches[i].plan.normal.y() != 0.0) return false;
+  }
+  return true;
+}
+
 Outcome<Reading, Refusal> fitReading(const Usable& touches, const PooledNoise& noise, std::size_t reading,
-                                     const Eigen::Vector3d& tau) {
+                                     const Eigen::Vector3d& tau, bool in_plane) {
   std::vector<Eigen::Vector3d> points;
   double variance = 0.0;
   for (std::size_t i = 0; i < touches.retracts.size(); ++i) {
@@ -93,7 +139,7 @@ Outcome<Reading, Refusal> fitReading(const Usable& touches, const PooledNoise& n
   Rows3 rows{static_cast<Eigen::Index>(points.size()), 3};
   for (std::size_t i = 0; i < points.size(); ++i) rows.row(static_cast<Eigen::Index>(i)) = points[i].transpose();
   const double sigma = std::sqrt(variance / static_cast<double>(std::max<std::size_t>(points.size(), 1)));
-  TRY(const auto fit, fitSphere(rows, {.sigma = sigma}));
+  TRY(const auto fit, in_plane ? fitInPlane(rows, sigma) : fitSphere(rows, {.sigma = sigma}));
   return Reading{{.centre_mm = fit.parameters.head<3>(),
                   .sd_mm = fit.cofactor.diagonal().head<3>().cwiseSqrt(),
                   .radius_mm = fit.parameters[3]},
@@ -131,7 +177,7 @@ Outcome<BallCentres, Refusal> ballCentres(const Dataset& dataset, const std::vec
   std::size_t count = 0;
   for (const auto reading : reading_of_touch) count = std::max(count, reading + 1);
   for (std::size_t reading = 0; reading < count; ++reading) {
-    const auto fitted = fitReading(all, noise, reading, tau);
+    const auto fitted = fitReading(all, noise, reading, tau, inPlane(touches, reading_of_touch, reading));
     if (!fitted) return about(reading, fitted.error(), all);
     centres.readings.push_back(fitted->ball);
     sum_of_squares += fitted->sum_of_squares;

@@ -34,7 +34,8 @@ struct BallCentres {
 };
 
 // Computes the centre of the touched ball for each reading, corrected by the system delay: P = M + T v (A2), then a
-// sphere with free radius (B.0). Tables machine, probe, touches; reading_of_touch: one per touch, from 0 without gaps,
+// sphere with free radius (B.0); of touches none of which is along Y, the circle in their plane, with Y where they were
+// and no sd of it. Tables machine, probe, touches; reading_of_touch: one per touch, from 0 without gaps,
 // or kAlone. tau_s: X Y Z. A common delay error changes the radius, not the centre. sd: from the pooled residuals of
 // the samples (A8), widened when the touches scatter more. Refuses what readTouches, fitRetract and fitSphere refuse,
 // naming the reading.

@@ -194,7 +194,8 @@ std::vector<Requirement> requirements(const board::Machine& machine) {
 }  // namespace
 
 Facts factsOf(const board::Machine& machine) {
-  return {.sphere_diameter_mm = machine.datum_sphere_diameter_mm,
+  return {.has_y = machine.has_y,
+          .sphere_diameter_mm = machine.datum_sphere_diameter_mm,
           .sd_sphere_diameter_mm = sdOfSphere_mm(machine),
           .sphere_certificate = sphereCertificate(machine),
           .sphere_temperature = sphereTemperature(machine),

@@ -116,6 +116,7 @@ void addScrews(messages::DescribeMachine::Answer& answer, const Facts& facts) {
 
 messages::DescribeMachine::Answer machineInUse(const Facts& facts) {
   messages::DescribeMachine::Answer answer;
+  answer.has_y = facts.has_y;
   answer.sphere = sphereInUse(facts);
   answer.gap_mm = facts.gap_mm.value_or(0);
   answer.sigma_c_rad = facts.sigma_c_rad;

@@ -48,6 +48,7 @@ void addSpindleAlignment(metrology::Dataset& dataset, const BallReadings& found,
 constinit const LiveMethod kAAxisAlignment{
     .number = 19,
     .solver = &metrology::kAAxisAlignment,
+    .why_no_y = "turns the probe about its spindle and reads X and Y, and this machine has no Y.",
     .cancels_pre_travel = true,
     .steps = "one ball with every tool that carries the probe, A and C at 0 and 180 degrees, five touches each",
     .steps_by_shank = "the same with the tip of one tool, then ±X and ±Y with its shank in each pose",

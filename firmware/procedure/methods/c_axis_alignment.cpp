@@ -48,6 +48,9 @@ void addAlignment(metrology::Dataset& dataset, const BallReadings& found, const 
 constinit const LiveMethod kCAxisAlignment{
     .number = 8,
     .solver = &metrology::kCAxisAlignment,
+    .why_no_y =
+        "finds how the turning axis leans along X and Y, and no touch of a machine without Y tells the "
+        "latter: centreline-x finds its slope of X over Z.",
     .steps = "three balls at different heights of one holder, A and C at 0 and 180 degrees, five touches each",
     .finds_a_place = true,
     .feature = Feature::part_ball,

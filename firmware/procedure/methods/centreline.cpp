@@ -18,6 +18,9 @@ constexpr Poses kAroundC{
 constinit const LiveMethod kCentreline{
     .number = 7,
     .solver = &metrology::kCentreline,
+    .why_no_y =
+        "finds X and Y of the turning axis, and no touch of a machine without Y tells that Y: "
+        "centreline-x finds X, and its slope over Z.",
     .steps = "one ball on the part's spindle at 12 angles of C, five touches each, at 15 mm/s",
     .finds_a_place = true,
     .feature = Feature::part_ball,

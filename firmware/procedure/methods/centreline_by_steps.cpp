@@ -214,6 +214,9 @@ constexpr std::array kNeedsOfCentrelineBySteps{&kRimBall};
 constinit const LiveMethod kCentrelineBySteps{
     .number = 23,
     .solver = &metrology::kCentrelineBySteps,
+    .why_no_y =
+        "finds the ball above the axis, along +Y, and this machine has no Y: centreline-x reads a ball "
+        "near the axis, at C half a turn apart.",
     .steps =
         "with `--contacts` first C turned until the ball touches the stylus on either side of the line; then one ball, "
         "A at 0 and 180 degrees with C where the ball is nearly on the line along +Y; then C 40 degrees to either side "

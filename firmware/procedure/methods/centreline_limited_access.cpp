@@ -19,6 +19,9 @@ constexpr Poses kWithinReach{
 constinit const LiveMethod kCentrelineLimitedAccess{
     .number = 13,
     .solver = &metrology::kCentrelineLimitedAccess,
+    .why_no_y =
+        "reads a ball on the rim in X and Y, and this machine has no Y: centreline-x reads one near the "
+        "axis, at C half a turn apart.",
     .steps = "the same at C = 0 and 40 degrees to either side (`--arc`, `--angles`)",
     .finds_a_place = true,
     .feature = Feature::part_ball,

@@ -41,6 +41,7 @@ constinit const LiveMethod kDelayContour{
     .number = 27,
     .solver = &metrology::kDelayContour,
     .why_no_trigger = kNoDelayOfTrigger,
+    .why_no_y = "follows the equator of the sphere in X and Y, and this machine has no Y: use delay-multi-speed.",
     .steps =
         "eight straight chords of different lengths along the equator of the datum sphere in contact, at 20, 40, "
         "60 mm/s in both directions",

@@ -17,6 +17,10 @@ constinit const LiveMethod kDelayKnownSphere{
     .number = 2,
     .solver = &metrology::kDelayKnownSphere,
     .why_no_trigger = kNoDelayOfTrigger,
+    .why_no_y =
+        "compares the touched size with the known one, and on a machine without Y the stylus may pass "
+        "the middle of the sphere unseen, so that its section is smaller: delay-multi-speed needs no "
+        "size.",
     .steps = "five sides at 10 and 25 mm/s, the first once more, A, B and C at 0",
     .needs = kNeedsOfDelayKnownSphere,
     .sides = kSphereSides,

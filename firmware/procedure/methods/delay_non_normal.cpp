@@ -16,6 +16,9 @@ constinit const LiveMethod kDelayNonNormal{
     .number = 5,
     .solver = &metrology::kDelayNonNormal,
     .why_no_trigger = kNoDelayOfTrigger,
+    .why_no_y =
+        "compares the touched size with the known one, approached along Y too, and this machine has no "
+        "Y: delay-multi-speed needs neither.",
     .steps = "five sides at 10 and 25 mm/s, the first once more, 25 degrees off the normal",
     .needs = kNeedsOfDelayNonNormal,
     .sides = kSphereSides,

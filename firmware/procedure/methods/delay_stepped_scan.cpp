@@ -50,6 +50,7 @@ constinit const LiveMethod kDelaySteppedScan{
     .number = 26,
     .solver = &metrology::kDelaySteppedScan,
     .why_no_trigger = kNoDelayOfTrigger,
+    .why_no_y = "follows the equator of the sphere in X and Y, and this machine has no Y: use delay-multi-speed.",
     .steps =
         "the equator of the datum sphere in contact at 20, 40, 60 mm/s in either sense, arcs of 20, 45 and 75 deg "
         "deeper than the others",

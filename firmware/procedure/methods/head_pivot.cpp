@@ -29,6 +29,7 @@ constexpr Poses kSwivelled{
 constinit const LiveMethod kHeadPivot{
     .number = 18,
     .solver = &metrology::kHeadPivot,
+    .why_no_y = "reads X, Y and Z of a ball with the head swivelled, and this machine has no Y.",
     .steps =
         "the datum sphere at every angle of the head, A at 0 and 180 degrees; five sides of the stylus' own frame "
         "each, four where one is at the sphere's stem",

@@ -95,6 +95,9 @@ constinit const LiveMethod kMachineCheck{
     .why_no_trigger =
         "checks a machine by the samples of its probe, and a touch-trigger probe delivers none: its lobes "
         "are found by pre-travel.",
+    .why_no_y =
+        "touches the sphere in 24 directions of space, and a machine without Y reaches those in one "
+        "plane.",
     .steps =
         "five sides of the datum sphere first, in the middle and last, and 24 directions of ISO 10360-5 between, each "
         "at "

@@ -37,7 +37,8 @@ namespace probebox::procedure {
   method(kScrewReference)             \
   method(kDelaySteppedScan)           \
   method(kDelayContour)               \
-  method(kMachineCheck)
+  method(kMachineCheck)               \
+  method(kCentrelineX)
 // clang-format on
 
 #define PROBEBOX_DECLARE_LIVE_METHOD(name) extern const LiveMethod name;

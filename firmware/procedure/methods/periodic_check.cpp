@@ -178,6 +178,9 @@ Outcome<ProcedureOptions> checkOptions(ProcedureOptions options, const Facts& fa
 constinit const LiveMethod kPeriodicCheck{
     .number = 14,
     .solver = &metrology::kPeriodicCheck,
+    .why_no_y =
+        "compares X and Y of the turning axis with the accepted ones, and no touch of a machine without "
+        "Y tells that Y: repeat centreline-x, whose result is compared with the one in force.",
     .steps =
         "one ball, A and C at 0 and 180 degrees independently, five touches each, at B = 0; the same with the head at "
         "45 and 90 degrees where `swivels_deg` says so",

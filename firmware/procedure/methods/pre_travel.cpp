@@ -110,6 +110,7 @@ constexpr std::array kNeedsOfPreTravel{&kTriggerProbe, &kKnownSphere};
 constinit const LiveMethod kPreTravel{
     .number = 24,
     .solver = &metrology::kPreTravel,
+    .why_no_y = "touches the sphere all around the stylus, and a machine without Y reaches two sides of it.",
     .steps =
         "the datum sphere in 43 directions with a touch-trigger probe, at 5 mm/s: every 30 degrees at the equator and "
         "20 degrees below it, every 60 degrees 12 degrees below and 40 above it, every 120 degrees 65 above it, and "

@@ -164,6 +164,9 @@ RunDataset byHead(const FinishedRun& run) {
 constinit const LiveMethod kRotaryAxisErrors{
     .number = 15,
     .solver = &metrology::kRotaryAxisErrors,
+    .why_no_y =
+        "reads balls around the turning axis in X, Y and Z, and this machine has no Y: centreline-x "
+        "finds X of the axis, and its slope over Z.",
     .steps =
         "three balls (`--heights`) that C carries at 8 angles of it (`--angles`, `--arc`), and once more where C "
         "began; five touches each",

@@ -17,10 +17,16 @@ namespace {
 static_assert(capture::kFreeRows >= static_cast<std::ptrdiff_t>(metrology::kSelftestEndRows));
 
 constexpr double kJog_mm = 10;
+// Sides left out are those of an axis that the machine does not have.
+bool isThere(std::size_t axis, const ProcedureOptions& with) {
+  return with.faces == 0 || (with.faces >> (2 * axis) & 1U) != 0;
+}
+
 constexpr std::array<Side, 3> kPushes{kSphereSides[0], kSphereSides[2], kSphereSides[4]};
 
 void addJogs(Plan& plan, const ProcedureOptions& with) {
   for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    if (!isThere(axis, with)) continue;
     std::array<double, 3> direction{};
     direction[axis] = 1;
     const capture::TouchRequest jog{.outward_normal = direction,

@@ -58,6 +58,7 @@ void addMoves(metrology::Dataset& dataset, const std::vector<Hold>& holds) {
 constinit const LiveMethod kSensorHeadCalibration{
     .number = 22,
     .solver = &metrology::kSensorHeadCalibration,
+    .why_no_y = "moves a sensor head along X, Y and Z, and this machine has no Y.",
     .steps =
         "13 holds of the sensor head over the datum sphere: in its middle, and 0.2 and 0.4 of `range_mm` to either "
         "side of it along X, Y and Z; A, B and C at 0",

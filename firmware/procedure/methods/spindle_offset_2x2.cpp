@@ -7,6 +7,9 @@ namespace probebox::procedure {
 constinit const LiveMethod kSpindleOffset2x2{
     .number = 11,
     .solver = &metrology::kSpindleOffset2x2,
+    .why_no_y =
+        "turns the probe about its spindle and reads X and Y, and this machine has no Y: centreline-x "
+        "finds the turning axis from the tip of the stylus.",
     .steps = "the same poses as `periodic-check`",
     .finds_a_place = true,
     .feature = Feature::part_ball,

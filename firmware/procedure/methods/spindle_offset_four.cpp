@@ -17,6 +17,9 @@ constexpr Poses kTogether{.count = [](const ProcedureOptions&, const LoopState&)
 constinit const LiveMethod kSpindleOffsetFour{
     .number = 12,
     .solver = &metrology::kSpindleOffsetFour,
+    .why_no_y =
+        "turns the probe about its spindle and reads X and Y, and this machine has no Y: centreline-x "
+        "finds the turning axis from the tip of the stylus.",
     .steps = "one ball, A and C together at 0, 90, 180 and 270 degrees, five touches each",
     .finds_a_place = true,
     .feature = Feature::part_ball,

@@ -30,6 +30,7 @@ constexpr Poses kByLength{
 constinit const LiveMethod kSwivelError{
     .number = 17,
     .solver = &metrology::kSwivelError,
+    .why_no_y = "reads X, Y and Z of a ball with the head swivelled, and this machine has no Y.",
     .steps =
         "the datum sphere with every tool that carries the probe, at every angle of the head, A at 0 and 180 "
         "degrees; sides as in `head-pivot`",

@@ -23,6 +23,7 @@ constexpr Poses kTilted{
 constinit const LiveMethod kTablePivot{
     .number = 16,
     .solver = &metrology::kTablePivot,
+    .why_no_y = "reads a ball on a tilting table in X, Y and Z, and this machine has no Y.",
     .steps =
         "one ball at every tilt of the table, C at 0 and 180 degrees; five touches each, four where the ball's "
         "stem has tilted into a side",

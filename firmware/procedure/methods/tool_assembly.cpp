@@ -103,6 +103,9 @@ constexpr Poses kToolAlone{
 constinit const LiveMethod kToolAssembly{
     .number = 21,
     .solver = &metrology::kToolAssembly,
+    .why_no_y =
+        "finds where the tip of the tool is across X and Y, and no touch of a machine without Y tells "
+        "the latter: tool-setter finds its offsets along X and Z.",
     .steps = "the same faces at B = 0, three rounds with the tool of `--tool N` alone",
     .needs = kNeedsOfToolAssembly,
     .finds_a_place = true,

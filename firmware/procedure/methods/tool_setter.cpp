@@ -31,7 +31,8 @@ constexpr double kWidthTolerance_mm = 0.1;
 std::optional<Refusal> wrongWidth(const std::vector<Round>& rounds, const ToolSetter& setter, double ball_mm) {
   for (const auto& round : rounds) {
     for (std::size_t axis = 0; axis < 2 && round.tool == 0; ++axis) {
-      if (round.side(axis) != 0) continue;
+      const bool untouched = round.above[axis] == 0 && round.below[axis] == 0;  // Y of a lathe without one
+      if (untouched || round.side(axis) != 0) continue;
       const double stated = 2 * setter.half_width_mm[axis] + ball_mm;
       const double found = round.width_mm(axis);
       if (std::abs(found - stated) <= kWidthTolerance_mm) continue;

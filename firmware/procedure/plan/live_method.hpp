@@ -69,6 +69,9 @@ struct LiveMethod {
   const metrology::Method* solver{};  // its name is the name of the method
   // Completes "METHOD ..." where a touch-trigger probe cannot give the readings, with the remedy; empty where it can.
   std::string_view why_no_trigger{};
+  // Completes "METHOD ..." where a machine without Y cannot make the run or tell its result, with the remedy; empty
+  // where it can.
+  std::string_view why_no_y{};
   bool cancels_pre_travel{};  // opposite touches and half turns of A cancel that of each tool: none has to be in force
   std::string_view steps;     // what the machine does, for the docs
   std::string_view steps_by_head{};   // with --head; empty: the method does not take it

@@ -68,6 +68,18 @@ std::optional<Error> whyTooShort(const ProcedureOptions& asked) {
   return outside("A clearance with a touch-trigger probe", asked.clearance_mm, kLeastWay_mm, 10, "mm");
 }
 
+// Why a machine without Y cannot make the run; nothing where it can.
+std::optional<NotReady> whyNoY(const LiveMethod& method, const ProcedureOptions& asked, const Facts& facts) {
+  if (facts.has_y) return std::nullopt;
+  const std::string name{method.name()};
+  if (!method.why_no_y.empty()) return NotReady{Obstacle::option, name + " " + std::string{method.why_no_y}};
+  constexpr std::uint8_t kAxisY = 2;
+  if (method.takes_axis && asked.axis == kAxisY)
+    return NotReady{Obstacle::option,
+                    name + " is about a screw, and this machine has none along Y: give --axis X or Z."};
+  return std::nullopt;
+}
+
 // Options that no plan can be made of are refused elsewhere.
 std::optional<NotReady> whyNoWay(const LiveMethod& method, const ProcedureOptions& options, const Facts& facts) {
   if (!method.of_plate || validate(method, options, std::numeric_limits<double>::infinity())) return std::nullopt;
@@ -98,6 +110,7 @@ Outcome<ProcedureOptions, NotReady> readied(const LiveMethod& method, const Proc
     if (byTrigger(method, readBy(asked)) == ByTrigger::refused) return *whyNoTrigger(method, facts, readBy(asked));
     if (const auto error = whyTooShort(asked)) return NotReady{Obstacle::option, error->what};
   }
+  if (const auto why = whyNoY(method, asked, facts)) return *why;
   if (asked.head) {
     if (const auto why = whyNoHead(method, facts)) return *why;
   }
@@ -187,6 +200,13 @@ Outcome<ProcedureOptions> described(const LiveMethod& method, const ProcedureOpt
     options = completed;
   }
   options.contacts = false;
+  if (!facts.has_y) {
+    options.faces = (options.faces != 0 ? options.faces : kFacesAcrossY) & kFacesAcrossY;
+    if (options.faces == 0)
+      return Error{"Tool " + std::to_string(options.tool) +
+                   " reaches faces along Y alone, and this machine has no Y: correct faces of its [[tool]] in "
+                   "machine.toml."};
+  }
   if (by == ReadBy::shank && facts.probe_shank) {
     options.tool_count = 2;
     options.tools = {facts.probe_shank->tool, facts.probe_shank->tool};

@@ -27,6 +27,8 @@ inline constexpr std::array<Side, 5> kSphereSides{{
     {"+Z", {0, 0, 1}, {0.8, 0.6, 0}},
 }};
 inline constexpr std::size_t kMostSides = 6;
+// ProcedureOptions::faces without those along Y.
+inline constexpr std::uint8_t kFacesAcrossY = 0b110011;
 
 // Defaults of touches at these speeds.
 constexpr ProcedureOptions touchesAt(auto... speeds_mm_s) {

@@ -18,7 +18,7 @@ std::size_t axisAlong(const std::array<double, 3>& direction) {
 }
 
 std::string mountPrompt(const capture::TouchRequest& touch) {
-  return touch.mount > 1 ? "the ball plate in mount " + std::to_string(touch.mount) + ", " : "";
+  return touch.mount > 1 ? "the balls in mount " + std::to_string(touch.mount) + ", " : "";
 }
 
 std::string preTravelCommand(std::uint32_t tool) {

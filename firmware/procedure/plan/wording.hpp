@@ -15,7 +15,7 @@ std::string number(double value);
 // Axis of a direction along X, Y or Z of either sign: 0, 1, 2.
 std::size_t axisAlong(const std::array<double, 3>& direction);
 
-// Tells how to put the plate on the table, if not as at the start; empty otherwise.
+// Tells how the balls of the part are mounted, if not as at the start; empty otherwise.
 std::string mountPrompt(const capture::TouchRequest& touch);
 
 // Command that measures the pre-travel of a touch-trigger probe in a tool; 0: of methods that name none.

@@ -183,6 +183,7 @@ void takeProbe(plan::SetUp& set_up, const Described& says) {
 void takeMachine(plan::SetUp& set_up, const Described& says, const plan::Wanted& wanted) {
   takeProbe(set_up, says);
   omitMissing(set_up, says, wanted);
+  set_up.has_y = says.has_y;
   takeSphere(set_up, says.sphere);
   if (says.gap_mm > 0) set_up.gap_mm = says.gap_mm;
   set_up.sigma_c_rad = says.sigma_c_rad;
