@@ -57,6 +57,7 @@ class Lathe:
 
 def as_integrator(room, cable):
     """What somebody with this lathe edits in the kit."""
+    subprocess.run([os.path.join(room.kit, "probebox_without_y")], check=True)
     room.edit("probebox_measure_xz.hal", ("modbus:/dev/ttyS2,baud=19200,parity=even", "modbus:%s,baud=115200,parity=none" % cable.ports[1]))
     places = open(os.path.join(room.kit, "probebox_places.ngc")).read()
     for name, value in {**PLACES, "_pb_dry": 0}.items():

@@ -50,7 +50,8 @@ struct SetUp {
   double shank_height_mm{50};       // height above the stylus ball at which the shank touches
   double shank_from_mm{30};         // height at which it begins
   double shank_radius_mm{5};
-  double ball_reach_mm{60};  // distance of the part's ball from the axis that turns it
+  bool plate_in_mounts{true};  // false: what further mounts hold is one ball, clamped further out in each
+  double ball_reach_mm{60};    // distance of the part's ball from the axis that turns it
   // Balls of the part at C = 0, from the point of C about which a run reports its errors; empty: at that distance from
   // C, and as high each.
   std::vector<std::array<double, 3>> balls_mm{};

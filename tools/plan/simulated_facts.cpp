@@ -125,6 +125,7 @@ SetUp withProbeFor(const procedure::LiveMethod& method, SetUp set_up) {
   constexpr double kUsual_um = 0.5;
   const bool needs_switch = std::ranges::find(method.needs, &procedure::kTriggerProbe) != method.needs.end();
   if (needs_switch && !set_up.switch_repeatability_um) set_up.switch_repeatability_um = kUsual_um;
+  set_up.plate_in_mounts = method.of_plate;
   return set_up;
 }
 

@@ -94,6 +94,15 @@ std::size_t axisAlong(const Vector3d& direction) {
   return static_cast<std::size_t>(along);
 }
 
+// The ball of a step at C = 0. A plate is where it is in every mount, which its own registration takes out; a ball on a
+// rod is clamped further out, so far as a rod of a chuck is.
+Vector3d mountedAt(const SetUp& set_up, const procedure::Step& step) {
+  constexpr double kFurther_mm = 80;
+  const Vector3d ball = ballAt(set_up, step.touch.ball);
+  if (set_up.plate_in_mounts || step.touch.mount < 2) return ball;
+  return ball + kFurther_mm * (step.touch.mount - 1) * Vector3d::UnitZ();
+}
+
 // Simulated reading of the sensor at the face of a ball screw: run-out once and twice a turn, and a slow drift.
 double screwSensor_um(double turn_rad, double t_s) {
   return 3 * std::sin(turn_rad) + 0.8 * std::sin(2 * turn_rad) + 0.02 * t_s;
@@ -325,7 +334,7 @@ Vector3d SimulatedRecording::ballOf(const procedure::Step& step) const {
   if (step.feature != procedure::Feature::part_ball) return Vector3d::Zero();
   // A carries the probe, whose stylus is straight: only C and the table move the ball.
   const Eigen::AngleAxisd turn{step.touch.rotary_angles_rad[2] + beside_rad_[2], Vector3d::UnitZ()};
-  const Vector3d ball = turn * ballAt(set_up_, step.touch.ball);
+  const Vector3d ball = turn * mountedAt(set_up_, step);
   const bool tilts = step.b_moves == procedure::BMoves::table;
   return tilted(ball, beside_rad_[1] + (tilts ? step.touch.rotary_angles_rad[1] : 0));
 }

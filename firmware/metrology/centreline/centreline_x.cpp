@@ -175,9 +175,12 @@ Outcome<Fit, Refusal> fitAxis(const AxisReadings& all, const Unknowns& unknowns,
   return linearLeastSquares(design, values);
 }
 
-std::optional<Refusal> unknownAxis(const Fit& fit, const AxisReadings& all, double sigma) {
-  const double inflation = fit.cofactor(0, 0) / (sigma * sigma) * static_cast<double>(all.rows.size());
-  if (inflation <= kMostInflated) return std::nullopt;
+// Of angles a degree apart the fit itself says so, in general words.
+Outcome<Fit, Refusal> fitKnownAxis(const AxisReadings& all, const Unknowns& unknowns, const RotationNoise& noise) {
+  auto fit = fitAxis(all, unknowns, noise);
+  if (!fit && fit.error().name != "ill-conditioned") return fit;
+  const double of_reading = noise.position * noise.position / static_cast<double>(all.rows.size());
+  if (fit && fit->cofactor(0, 0) <= kMostInflated * of_reading) return fit;
   return Refusal{"angles-too-close",
                  "the angles of C lie too close together to tell the axis from the run-out of the ball: turn C further "
                  "between readings, best by 180 degrees"};
@@ -202,8 +205,7 @@ Outcome<Result, Refusal> solveCentrelineX(const Dataset& dataset) {
   TRY(const auto all, readingsOf(dataset, *table));
   if (auto refusal = badReadings(all)) return *refusal;
   const Unknowns unknowns{all};
-  TRY(const auto fit, fitAxis(all, unknowns, noise.noise));
-  if (auto refusal = unknownAxis(fit, all, noise.noise.position)) return *refusal;
+  TRY(const auto fit, fitKnownAxis(all, unknowns, noise.noise));
 
   Answer answer{dataset, fit, noise.sigma()};
   answer.readings(*table, {column::kX}, all.heights.size() > 1 ? column::kZ : column::kC);

@@ -83,12 +83,15 @@ constexpr MethodColumn kTouchColumns[]{
     kIsTool,    column::kNormalX, column::kNormalY, column::kNormalZ, kHalfWidth, column::given("radius_mm"),
     column::kX, column::kY,       column::kZ,       kBOfSeveral};
 constexpr MethodColumn kOffsetColumns[]{column::kB, column::kSetX, column::kSetY, column::kSetZ};
+constexpr std::string_view kMachineAxes = "machine_axes";
+constexpr std::array<std::string_view, 2> kAxesOfMachines{"XYZ", "XZ"};
 constexpr std::size_t kMostAngles = 20;  // more do not fit into one covariance
 
 // The readings, and at which B each was made.
 struct Device {
   const Table* table{};
   bool by_face{};
+  bool without_y{};                // of a lathe of X and Z
   std::vector<double> angles_deg;  // rising; empty where the case has no B
   std::vector<std::size_t> angle;  // of each row
 
@@ -107,6 +110,8 @@ std::size_t angleAt(const std::vector<double>& angles_deg, double angle_deg) {
 
 Outcome<Device, Refusal> readDevice(const Dataset& dataset) {
   Device device;
+  TRY(const auto axes, configWord(dataset, kMachineAxes, kAxesOfMachines));
+  device.without_y = axes == kAxesOfMachines[1];
   device.by_face = dataset.table("touches") && !dataset.table("readings");
   const std::string_view name = device.by_face ? "touches" : "readings";
   std::span<const MethodColumn> columns{kCentreColumns};
@@ -181,9 +186,10 @@ Outcome<MatrixX3d, Refusal> probeOffsets(const Dataset& dataset, const Device& d
   return offsets;
 }
 
-// Touches of a lathe of X and Z: none along Y, which then counts as 0. Several B would turn them out of that plane.
+// Touches of a lathe of X and Z, as the case says: none along Y, which then counts as 0. Several B would turn them out
+// of that plane.
 bool isFlat(const Device& device) {
-  return device.by_face && device.angles() == 1 &&
+  return device.without_y && device.by_face && device.angles() == 1 &&
          std::ranges::all_of(*device.table->column(column::kNormalY), [](double along) { return along == 0.0; });
 }
 
@@ -524,6 +530,7 @@ constexpr MethodKey kSetterKeys[]{
               "radius of the probe's stylus ball, added to radius_mm of its touches, or taken off z_mm of its readings"}
         .within(key::kStylusRadius.least, key::kStylusRadius.most),
     {"sd_half_width_mm", "", "standard uncertainty of column half_width_mm (k = 1)"},
+    {kMachineAxes, "XYZ", "XZ: touches of a lathe without Y, which tell x and z alone"},
     {"accepted_setter_mm", "",
      "accepted position of the device, x y z; for several B one row per B, or one row for the first B"},
     {"setter_limit_mm", "", "largest distance of the device from its accepted position that is allowed"},

@@ -18,8 +18,8 @@ namespace probebox::metrology {
 // device to the turning axis at the device's Z (B22b); accepted_link_mm with setter_limit_mm notices that it changed.
 // Several B in one case (B22c): a column B_deg, and table probe_offsets{B_deg,x_mm,y_mm,z_mm} in the place of
 // probe_offset_mm; every value then is a matrix, a row each B in rising order, as accepted values have to be.
-// Gives tool_offset_mm, setter_mm and, with a centreline, link_mm. Touches at one B of which none is along Y are those
-// of a lathe of X and Z: of them it gives tool_offset_x_mm, tool_offset_z_mm, setter_x_mm, setter_z_mm and link_x_mm,
+// Gives tool_offset_mm, setter_mm and, with a centreline, link_mm. With machine_axes "XZ", of a lathe, touches at
+// one B have no face along Y, and it gives tool_offset_x_mm, tool_offset_z_mm, setter_x_mm, setter_z_mm and link_x_mm,
 // where Y counts as 0. Refuses: missing-key, bad-config, bad-flag, probe-not-measured, tool-not-measured, setter-moved;
 // of touches bad-direction, faces-differ, missing-face; of several B duplicated-angle, missing-orientation (a B without
 // probe offset), too-many-angles (20).

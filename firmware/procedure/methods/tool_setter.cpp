@@ -120,6 +120,7 @@ void addTurningAxis(metrology::Dataset& dataset, const TurningAxis& axis, const 
 void addKeys(metrology::Dataset& dataset, const FinishedRun& of, const ToolSetter& setter, bool several_b) {
   auto& config = dataset.config;
   config["tool"] = static_cast<double>(of.recording.touches().back().request.tool);
+  if (!of.facts.has_y) config["machine_axes"] = std::string{"XZ"};
   if (!several_b) config["probe_offset_mm"] = listOf(setter.probe_offset_mm);
   if (setter.probe_offset_result != 0) config["stylus_offset_result"] = static_cast<double>(setter.probe_offset_result);
   if (setter.sd_probe_offset_mm) config["sd_probe_offset_mm"] = *setter.sd_probe_offset_mm;

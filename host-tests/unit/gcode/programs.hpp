@@ -105,7 +105,7 @@ inline std::vector<Case> allCases() {
   for (const auto* method :
        {&procedure::kDelayKnownSphere, &procedure::kDelayPerAxis, &procedure::kCentrelineLimitedAccess,
         &procedure::kSpindleOffset2x2, &procedure::kSpindleOffsetFour, &procedure::kCAxisAlignment,
-        &procedure::kPeriodicCheck, &procedure::kAAxisAlignment, &procedure::kPreTravel})
+        &procedure::kPeriodicCheck, &procedure::kAAxisAlignment, &procedure::kPreTravel, &procedure::kCentrelineX})
     all.push_back({method, {}});
   all.push_back({&procedure::kToolAssembly, tool});
   all.push_back({&procedure::kRotaryAxisErrors, {}});

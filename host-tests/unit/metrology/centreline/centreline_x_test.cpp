@@ -99,8 +99,8 @@ TEST(CentrelineX, GivesTheWorkedNumber) {
   EXPECT_THAT(solved->find("C_tilt_x_rad")->sd[0], DoubleNear(12.5e-6, 1e-10));
 }
 
-// Where C counts the other way round, the arms across X would go the wrong way.
-TEST(CentrelineX, TurnsByTheSenseOfC) {
+// Where C counts the other way round, the arm across X is on the other side, of which X tells nothing: the axis stays.
+TEST(CentrelineX, FindsTheAxisWhicheverWayCCounts) {
   std::mt19937_64 random{3};
   const std::vector<double> angles{0, 0.5, 2, 4};
   auto dataset = readings({0.2, 0}, {{100, 3, 5}}, angles, 1e-6, 0, random);
@@ -110,7 +110,10 @@ TEST(CentrelineX, TurnsByTheSenseOfC) {
   const auto right = solve(dataset);
   ASSERT_TRUE(right.ok());
   EXPECT_NEAR(right->find("centre_x_mm")->value(), 0.2, 1e-5);
-  EXPECT_TRUE(!wrong || !wrong->warnings.empty()) << "four angles contradict the wrong sense";
+  ASSERT_TRUE(wrong.ok());
+  EXPECT_NEAR(wrong->find("centre_x_mm")->value(), 0.2, 1e-5);
+  EXPECT_NEAR(right->find("arms_mm")->values[1], 5, 1e-4);
+  EXPECT_NEAR(wrong->find("arms_mm")->values[1], -5, 1e-4);
 }
 
 TEST(CentrelineX, KeepsClampingsOfOneHeightApart) {
