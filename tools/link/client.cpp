@@ -176,7 +176,14 @@ std::uint32_t Client::send(messages::Operation operation, std::vector<std::byte>
   auto& asked = requests_[id];
   asked.payload = messages::encoded(messages::Request{id, operation, std::move(body)});
   asked.last_sent = now_;
-  if (state_ == LinkState::ready) frameUp(MessageType::request, asked.payload);
+  if (state_ == LinkState::ready) {
+    frameUp(MessageType::request, asked.payload);
+    // At once: where the carrier is not watched for writing, nothing would end the wait before the next poll().
+    if (connection_.control)
+      transmit(*connection_.control, control_out_);
+    else
+      transmit(*connection_.data, data_out_);
+  }
   return id;
 }
 
