@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <set>
 
+#include "firmware/metrology/methods.hpp"
 #include "firmware/procedure/methods/methods.hpp"
 #include "tools/case/readable.hpp"
 #include "tools/probebox/text/subject_words.hpp"
@@ -169,6 +170,9 @@ TEST(MachineVerdict, KnowsNothingWithoutALink) {
   const auto verdict = judge(all);
   EXPECT_EQ(verdict.may_cut, MayCut::unknown);
   EXPECT_EQ(verdict.tiles.size(), 1) << "what was known stays on the page";
+  all.link_up = true;
+  all.corrections.reset();
+  EXPECT_EQ(judge(all).may_cut, MayCut::unknown) << "a recording has no corrections";
 }
 
 TEST(MachineVerdict, TheMostSeriousReasonComesFirst) {
@@ -223,6 +227,11 @@ TEST(SubjectWords, EveryLiveMethodHasAGroupOfThePage) {
     found.insert(groupOf(*method->solver));
   }
   EXPECT_EQ(found, groups);
+  const auto groupNamed = [](std::string_view name) { return groupOf(*metrology::methodNamed(name)); };
+  EXPECT_EQ(groupNamed("head-pivot"), "head");
+  EXPECT_EQ(groupNamed("table-pivot"), "table");
+  EXPECT_EQ(groupNamed("periodic-check"), "machine");
+  EXPECT_EQ(groupNamed("spindle-offset-four"), "axis");
 }
 
 TEST(SubjectWords, NamesWhatAPersonCallsIt) {

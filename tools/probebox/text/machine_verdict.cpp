@@ -262,14 +262,14 @@ MachineVerdict judge(const MachineKnown& known) {
   }
   if (verdict.cut.empty() && known.corrections && known.corrections->inhibited)
     verdict.cut = "an inhibit line of the box";
-  if (!known.link_up || !known.status) {
+  if (!known.link_up || !known.status || !known.corrections) {
     verdict.reason = known.link_up
                          ? "Nothing here says how a machine stands: this is a recording, or a box that does not answer."
                          : "The link to the box is lost: what is below was true before.";
     return verdict;
   }
   Reasons reasons;
-  if (known.corrections) addCorrections(*known.corrections, reasons);
+  addCorrections(*known.corrections, reasons);
   addFailedChecks(known.results, reasons);
   if (std::ranges::none_of(verdict.tiles, [](const auto& tile) { return tile.id != 0; }))
     reasons.add(MayCut::check, "Nothing is calibrated: begin with the delay.");

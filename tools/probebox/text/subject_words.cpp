@@ -94,8 +94,13 @@ std::string_view groupOf(const metrology::Method& method) {
     return words != nullptr ? words->group : "machine";
   }
   // The subject has the letter or the number of the case: its kind is in the name of the method.
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kByName{
-      {{"rotary", "table"}, {"sensor-head", "table"}, {"swivel", "head"}, {"tool", "tool"}, {"screw", "screw"}}};
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 7> kByName{{{"rotary", "table"},
+                                                                                  {"table", "table"},
+                                                                                  {"sensor-head", "table"},
+                                                                                  {"swivel", "head"},
+                                                                                  {"head", "head"},
+                                                                                  {"tool", "tool"},
+                                                                                  {"screw", "screw"}}};
   for (const auto& [begin, group] : kByName)
     if (method.name.starts_with(begin)) return group;
   return "machine";
