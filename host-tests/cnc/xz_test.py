@@ -20,7 +20,7 @@ POINT_Z_MM = 60
 PLACES = {"_pb_home": 5, "_pb_has_y": 0, "_pb_rotary": 4, "_pb_orient": 0, "_pb_safe_z": 280, "_pb_park_x": 150, "_pb_park_y": 0, "_pb_park_z": 320,
           "_pb_sphere_x": 120, "_pb_sphere_y": 0, "_pb_sphere_z": 80, "_pb_axis_x": 0, "_pb_axis_y": 0, "_pb_setter_x": 160, "_pb_setter_y": 0,
           "_pb_setter_z": 0, "_pb_plates_x": 70, "_pb_plates_y": 0, "_pb_plates_z": 30}
-NUMBERED = {1201: 60, 1204: 45, 1304: 0.2, 1011: 0.41, 1012: -0.23, 1013: 120, 1014: 0.15, 1015: 0.2, 1016: 200}
+NUMBERED = {1201: 60, 1204: 45, 1304: 0.001, 1011: 0.41, 1012: -0.23, 1013: 120, 1014: 0.15, 1015: 0.2, 1016: 200}
 
 
 class Lathe:
@@ -33,7 +33,7 @@ class Lathe:
         self.folder, draw = folder, random.Random(SEED)
         self.tau_ms = draw.uniform(2, 9)
         self.axis_x_mm, self.lean = 0.15 + draw.uniform(-0.1, 0.1), draw.uniform(-3e-4, 3e-4)
-        self.tool_mm = (0.2 + draw.uniform(-0.2, 0.2), 44.8 + draw.uniform(-0.05, 0.05))
+        self.tool_mm = (0.2 + draw.uniform(-0.1, 0.1), 44.8 + draw.uniform(-0.05, 0.05))
         self._edit("world.toml", self._world)
         self._edit("machine.toml", lambda text: emulated_world.put(text, "corrections", "sources", '["screw", "centreline"]'))
 
