@@ -11,24 +11,24 @@ namespace {
 
 using testing::HasSubstr;
 
-std::string lathe() {
+std::string latheText() {
   return std::string{simLatheFile("machine.toml")};
 }
 
 std::string exchangedInLathe(const std::string& from, const std::string& to) {
-  std::string text = lathe();
+  std::string text = latheText();
   const auto at = text.find(from);
   EXPECT_NE(at, std::string::npos) << from;
   return text.replace(at, from.size(), to);
 }
 
-std::string problemOf(const std::string& text) {
+std::string problemOfLathe(const std::string& text) {
   const auto machine = parseMachine(text, "machine.toml");
   return machine ? "" : machine.error().what;
 }
 
 TEST(LatheOfXAndZ, IsDescribedWithoutY) {
-  const auto machine = parseMachine(lathe(), "machine.toml");
+  const auto machine = parseMachine(latheText(), "machine.toml");
   ASSERT_TRUE(machine) << machine.error().what;
   EXPECT_FALSE(machine->has_y);
   EXPECT_EQ(machine->axes[1].reference.by, ReferenceBy::absolute) << "it stands at 0";
@@ -38,14 +38,15 @@ TEST(LatheOfXAndZ, IsDescribedWithoutY) {
 }
 
 TEST(LatheOfXAndZ, HasNeitherAxisNorScrewNorFaceAlongY) {
-  EXPECT_THAT(problemOf(exchangedInLathe("axes = \"XZ\"", "axes = \"XYZ\"")), HasSubstr("axis.Y"));
-  EXPECT_THAT(problemOf(exchangedInLathe("[axis.Z]", "[axis.Y]\n[axis.Z]")), HasSubstr("'axis.Y'"));
-  EXPECT_THAT(problemOf(exchangedInLathe("[screw.Z]",
-                                         "[screw.Y]\nlength_mm = 400\noffset_mm = 120\npitch_mm = 5\n"
-                                         "fixed_bearing = \"low\"\ngain = -1.0\ngain_is = \"correction\"\n"
-                                         "[screw.Z]")),
+  EXPECT_THAT(problemOfLathe(exchangedInLathe("axes = \"XZ\"", "axes = \"XYZ\"")), HasSubstr("axis.Y"));
+  EXPECT_THAT(problemOfLathe(exchangedInLathe("[axis.Z]", "[axis.Y]\n[axis.Z]")), HasSubstr("'axis.Y'"));
+  EXPECT_THAT(problemOfLathe(exchangedInLathe("[screw.Z]",
+                                              "[screw.Y]\nlength_mm = 400\noffset_mm = 120\npitch_mm = 5\n"
+                                              "fixed_bearing = \"low\"\ngain = -1.0\ngain_is = \"correction\"\n"
+                                              "[screw.Z]")),
               HasSubstr("'screw.Y'"));
-  EXPECT_THAT(problemOf(exchangedInLathe("[\"+X\", \"+Z\"]", "[\"+X\", \"+Y\", \"+Z\"]")), HasSubstr("'tool.faces'"));
+  EXPECT_THAT(problemOfLathe(exchangedInLathe("[\"+X\", \"+Z\"]", "[\"+X\", \"+Y\", \"+Z\"]")),
+              HasSubstr("'tool.faces'"));
 }
 
 TEST(LatheOfXAndZ, IsAnEmulatedBoardOfItsOwn) {
