@@ -145,6 +145,7 @@ Outcome<ProcedureOptions, NotReady> readied(const LiveMethod& method, const Proc
 
 std::optional<NotReady> whyUnready(const LiveMethod& method, const Facts& facts, bool delay_in_force, ReadBy by) {
   const std::string name{method.name()};
+  if (auto why = whyNoY(method, {}, facts)) return why;
   if (facts.trigger_probe) {
     if (auto why = whyNoTrigger(method, facts, by)) return why;
   }
