@@ -23,7 +23,7 @@ async function replay(chromium, uri) {
 
 // Memory of a page that has seen many more samples than it keeps: an hour's slots at once, a minute's are kept.
 async function memory(page) {
-  await page.goto(page.url().replace(/#.*/, "#live"));
+  await page.goto(`${page.url().split("#")[0]}#live`);
   await page.reload();
   await page.waitForFunction(() => globalThis.probeboxLive?.slots() > 100);
   check((await page.evaluate(() => globalThis.probeboxLive.slots())) <= 6100, "more slots than a minute");
