@@ -85,7 +85,7 @@ class BoundedStream : public httplib::Stream {
   // Read on for a moment: a connection that is closed before would be reset, and the answer lost.
   void refuse() {
     constexpr std::string_view kAnswer = "HTTP/1.1 431 Request Header Fields Too Large\r\nConnection: close\r\n\r\n";
-    constexpr int kMostReads = 256, kWait_ms = 100;
+    constexpr int kMostReads = 4096, kWait_ms = 100;
     ::send(socket_, kAnswer.data(), kAnswer.size(), MSG_NOSIGNAL);
     ::shutdown(socket_, SHUT_WR);
     for (int k = 0; k < kMostReads && is(POLLIN, kWait_ms); ++k)
