@@ -390,7 +390,7 @@ struct RequirementDescription {
     key("every_days", self.every_days, within(0.01, 3660), "after which it is due again");
     key("cutting_h", self.cutting_h, within(0.01, 1e5), "of cutting, as inhibits declare it, after which it is due");
     key("temperature_k", self.temperature_k, within(0.01, 100),
-        "between its temperature and the one stated last, beyond which it is due");
+        "between its temperature and that of the newest result in force, beyond which it is due");
   }
 };
 

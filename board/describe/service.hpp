@@ -13,8 +13,9 @@ namespace probebox::board {
 // Lists the rights of a link or a line besides reading. Rights that are not named are not granted.
 struct Access {
   bool allow_marker{}, allow_homing{}, allow_inhibit{}, allow_calibrate{}, allow_accept{}, allow_update{};
-  // Write the identity of a box that has none. Not named: over USB alone.
+  // Write the identity of a box that has none, its keys, and others of the same people. Not named: over USB alone.
   std::optional<bool> allow_provision{};
+  bool allow_other_people{};
 
   friend bool operator==(const Access&, const Access&) = default;
 
@@ -25,7 +26,10 @@ struct Access {
     key("allow_calibrate", self.allow_calibrate, "start and abort procedures, propose cases");
     key("allow_accept", self.allow_accept, "accept, roll back, switch sources");
     key("allow_update", self.allow_update, "hand over new firmware");
-    key("allow_provision", self.allow_provision, "write the identity of a box that has none; omitted: over USB alone");
+    key("allow_provision", self.allow_provision,
+        "write the identity of a box that has none, and its keys; omitted: over USB alone");
+    key("allow_other_people", self.allow_other_people,
+        "with allow_provision, put another people.crt in the place of one");
   }
 };
 

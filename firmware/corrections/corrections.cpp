@@ -161,6 +161,7 @@ void Corrections::awaitInhibitLines() {
 
 void Corrections::inhibit() {
   state_.inhibited = inhibit_said_ || inhibit_lines_.cutIsOn();
+  state_.cutting = inhibit_said_ || inhibit_lines_.isActive();
   state_.unknown_inhibit_lines = inhibit_lines_.unknown();
 }
 

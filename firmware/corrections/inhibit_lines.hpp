@@ -26,6 +26,7 @@ class InhibitLines {
 
   // One bit per line whose level has not come yet.
   std::uint32_t unknown() const { return awaited_ & ~known_; }
+  bool isActive() const { return active_ != 0; }
   bool cutIsOn() const { return (active_ | unknown()) != 0; }
 
  private:

@@ -14,6 +14,8 @@ namespace {
 using published::Due;
 using published::DueState;
 
+constexpr std::string_view kOf = " of ";
+
 const std::string* conditionNamed(const store::Record& record, std::string_view name) {
   if (record.result() == nullptr) return nullptr;
   const auto& all = record.result()->conditions;
@@ -39,10 +41,26 @@ void take(Due& due, bool& is_known, double& remaining, const std::optional<doubl
 
 }  // namespace
 
+std::string CuttingCount::text() const {
+  return std::to_string(static_cast<std::uint64_t>(s)) + std::string{kOf} + counter;
+}
+
+std::optional<CuttingCount> CuttingCount::parse(std::string_view text) {
+  CuttingCount count;
+  const auto at = text.find(kOf);
+  if (at == std::string_view::npos) return std::nullopt;
+  const auto number = text.substr(0, at);
+  const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), count.s);
+  if (error != std::errc{} || end != number.data() + number.size()) return std::nullopt;
+  count.counter = text.substr(at + kOf.size());
+  return count;
+}
+
 Circumstances circumstancesOf(const store::Record& record) {
   const auto* utc = conditionNamed(record, "measured_utc");
+  const auto* cutting = conditionNamed(record, metrology::kCuttingKey);
   return {.utc = utc == nullptr ? std::nullopt : timeOf(*utc),
-          .cutting_s = numberNamed(record, metrology::kCuttingKey),
+          .cutting = cutting == nullptr ? std::nullopt : CuttingCount::parse(*cutting),
           .temperature_c = numberNamed(record, "temperature_c")};
 }
 
@@ -68,8 +86,8 @@ Due dueOf(const Schedule& schedule, const store::Record* in_force, const Circums
   if (schedule.cutting_h) {
     constexpr double kHour_s = 3600;
     std::optional<double> left_s;
-    if (then.cutting_s && now.cutting_s && *now.cutting_s >= *then.cutting_s)  // else the counter was lost
-      left_s = *schedule.cutting_h * kHour_s - (*now.cutting_s - *then.cutting_s);
+    if (then.cutting && now.cutting && then.cutting->counter == now.cutting->counter)
+      left_s = *schedule.cutting_h * kHour_s - (now.cutting->s - then.cutting->s);
     take(due, due.has_cutting, due.remaining_cutting_s, left_s);
   }
   if (schedule.temperature_k) {

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "firmware/store/record.hpp"
 #include "protocol/state/due.hpp"
@@ -16,10 +17,20 @@ struct Schedule {
   std::optional<double> days, cutting_h, temperature_k;
 };
 
+// How long a machine has cut since a counter began, s. A counter that was lost begins anew under another name.
+struct CuttingCount {
+  double s{};
+  std::string counter{};
+
+  // "3600 of 1a2b3c4d", whole seconds; nothing for other texts.
+  std::string text() const;
+  static std::optional<CuttingCount> parse(std::string_view text);
+};
+
 // What a box knew when it measured a result, or knows now.
 struct Circumstances {
   std::optional<std::chrono::sys_seconds> utc{};
-  std::optional<double> cutting_s{};      // since the counter began
+  std::optional<CuttingCount> cutting{};
   std::optional<double> temperature_c{};  // as stated for a run
 };
 

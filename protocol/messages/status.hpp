@@ -249,6 +249,7 @@ struct Status {
     std::vector<InhibitHolder> inhibits{};
     std::vector<std::string> storage_problems{};
     NotLetIn not_let_in{};
+    std::string tls_problem{};
     std::vector<std::string> rests_on_retired{};
     std::vector<published::Due> due{};
     ProcessStatus process{};
@@ -280,11 +281,15 @@ struct Status {
       field("storage_problems", self.storage_problems,
             "what the box cannot store, or has lost, and what to do; empty when all is well");
       field("not_let_in", self.not_let_in, "connections that never became a link");
+      field("tls_problem", self.tls_problem,
+            "why nobody comes in through tls: links, or will not for long; empty while all is well",
+            published::Complaint{});
       field("rests_on_retired", self.rests_on_retired,
             "a sentence for each result in force that rests on a retired result or fails a limit, and for each place "
             "whose "
             "typed and measured values are more than 4 sd apart");
-      field("due_subjects", self.due, "what machine.toml has a [[requirement]] for, and when it is to be measured again");
+      field("due_subjects", self.due,
+            "what machine.toml has a [[requirement]] for, and when it is to be measured again");
       field("process", self.process, "the daemon as the kernel sees it");
       field("update", self.update, "what came of the last update, or how far one is; empty for none");
       field("front_end", self.front_end, "the probe receiver on USB, while one is connected",

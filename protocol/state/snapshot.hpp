@@ -255,6 +255,7 @@ struct CorrectionsState {
   bool loss_seen{};
   bool referenced{};                      // all axes that the summed sources need are referenced
   bool inhibited{};                       // a cut is on: no result comes into force
+  bool cutting{};                         // the same without lines whose level has not come yet: something is cut
   std::uint32_t unknown_inhibit_lines{};  // a bit per line that counts as a cut because its level has not come yet
   std::array<double, kLinearAxes> correction_mm{};
   std::uint16_t mask{};       // sources that are summed, a bit each: SourceKind

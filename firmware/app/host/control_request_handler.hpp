@@ -45,6 +45,7 @@ struct LinkVitals {
   messages::LinkCounters from_hosts;  // all links since the start
   std::vector<messages::UsbPortStatus> usb_ports;
   messages::NotLetIn not_let_in;
+  std::string tls_problem{};
 };
 
 // Answers requests of hosts and the CNC. Questions about the state are answered at once; requests that need the store

@@ -63,6 +63,7 @@ Reply ControlRequestHandler::describeStatus(const box::State& state, const LinkV
   answer.from_hosts = vitals.from_hosts;
   answer.usb_ports = vitals.usb_ports;
   answer.not_let_in = vitals.not_let_in;
+  answer.tls_problem = vitals.tls_problem;
   static_cast<messages::CoreStatus&>(answer) = state.snapshot;
   answer.front_end = deps_.counters.front_end.newest();
   answer.front_end.inputs = deps_.counters.receiver_inputs.newest();

@@ -11,6 +11,7 @@
 #include <unistd.h>
 #include <utility>
 
+#include "board/describe/file_content.hpp"
 #include "drivers/io/descriptor.hpp"
 #include "firmware/app/host/tls_door.hpp"
 
@@ -49,24 +50,40 @@ board::TlsKeys KeyFolder::in(board::TlsKeys named) const {
   return own;
 }
 
+bool KeyFolder::haveOtherPeople(const messages::ProvisionKeys::Request& keys) const {
+  std::error_code ignored;
+  if (!std::filesystem::exists(folder_, ignored)) return false;
+  const auto there = board::fileContent((folder_ / kPeopleCa).string());
+  return !there || *there != keys.people_ca;
+}
+
 std::optional<Error> KeyFolder::write(const messages::ProvisionKeys::Request& keys) const {
   const auto next = folder_.string() + ".new";
-  std::error_code ignored;
-  std::filesystem::remove_all(next, ignored);
+  // However this ends, no key stays where none belongs.
+  struct Removed {
+    std::filesystem::path path;
+    explicit Removed(std::filesystem::path folder) : path{std::move(folder)} { remove(); }
+    Removed(const Removed&) = delete;
+    Removed& operator=(const Removed&) = delete;
+    ~Removed() { remove(); }
+    void remove() const {
+      const int why = errno;
+      std::error_code ignored;
+      std::filesystem::remove_all(path, ignored);
+      errno = why;
+    }
+  };
+  const Removed removed{next};
   if (mkdir(next.c_str(), 0700) != 0) return notStored();
   const auto files = keysIn(next);
   if (!isWritten(files.certificate, keys.certificate) || !isWritten(files.key, keys.key) ||
       !isWritten(files.people_ca, keys.people_ca) || !isSynced(next))
     return notStored();
-  if (auto why = whyNoKeys(files)) {
-    std::filesystem::remove_all(next, ignored);
-    return Error{"The keys are not taken: " + why->what + "."};
-  }
+  if (auto why = whyNoKeys(files)) return Error{"The keys are not taken: " + why->what + "."};
   // One step, so that never the certificate of one pair lies beside the key of another.
   const bool is_there = access(folder_.c_str(), F_OK) == 0;
   if (renameat2(AT_FDCWD, next.c_str(), AT_FDCWD, folder_.c_str(), is_there ? RENAME_EXCHANGE : 0) != 0)
     return notStored();
-  std::filesystem::remove_all(next, ignored);
   if (!isSynced(folder_.parent_path())) return notStored();
   return std::nullopt;
 }

@@ -16,6 +16,8 @@ class KeyFolder {
 
   // `named` with the names of the files of this folder where it names none.
   board::TlsKeys in(board::TlsKeys named) const;
+  // Whether these keys would let in other people than those that are there: whoever gives a box a CA can be anybody.
+  bool haveOtherPeople(const messages::ProvisionKeys::Request& keys) const;
   // The keys are on the disk when this returns, all of them or none. Error: they do not belong together, have expired,
   // or the disk fails; with the remedy.
   std::optional<Error> write(const messages::ProvisionKeys::Request& keys) const;

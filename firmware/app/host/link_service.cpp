@@ -330,11 +330,19 @@ void LinkService::advance() {
     // A serial line stays, and so does USB: the next host says HELLO on it.
     if (link->port == nullptr && link->host.session().state() == stream::SessionState::down) close(*link);
   }
-  if (tls_door_) tls_door_->advance(now);
+  if (tls_door_ && tls_door_->advance(now)) closePersons();
   connection_acceptor_.advance(now);
   dropClosed();
   openSerialLines(now);
   openUsbPorts(now);
+}
+
+void LinkService::closePersons() {
+  for (const auto& link : links_) {
+    if (!link->person || link->closed) continue;
+    logInfo(*link->person + " is let go: the CA of people is another one");
+    close(*link);
+  }
 }
 
 // Samples are described by the descriptor: the blocks that follow refer to the new one.
@@ -362,7 +370,8 @@ LinkVitals LinkService::vitals() const {
   LinkVitals all{.uptime_ms = uptimeMs(),
                  .from_hosts = from_gone_hosts_,
                  .usb_ports = {},
-                 .not_let_in = connection_acceptor_.counters()};
+                 .not_let_in = connection_acceptor_.counters(),
+                 .tls_problem = tls_door_ ? tls_door_->problem() : ""};
   for (const auto& link : links_) {
     if (!link->closed) addTo(all.from_hosts, link->host.session().linkCounters());
   }

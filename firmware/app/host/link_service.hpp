@@ -123,6 +123,7 @@ class LinkService {
   bool answeredInside(const Reply& reply);
   void advance();
   void describe(const published::DelayInForce& delay, const published::ToolInSamples& tool);
+  void closePersons();
   void dropClosed();
   void close(Link& link);
   LinkVitals vitals() const;

@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "board/describe/file_content.hpp"
 #include "drivers/tls/connection.hpp"
 #include "firmware/app/log/log.hpp"
 
@@ -35,15 +36,20 @@ std::optional<Error> whyNoKeys(const board::TlsKeys& keys) {
   return std::nullopt;
 }
 
-void TlsDoor::advance(MonoTime now) {
-  if (now < next_look_) return;
+bool TlsDoor::advance(MonoTime now) {
+  if (now < next_look_) return false;
   auto context = contextOf(keys_);
   const auto problem = context ? whyNotForLong(*context, keys_) : context.error().what + (context_ ? kStill : kNobody);
   if (!problem.empty() && problem != problem_) logWarning("tls: " + problem);
   if (problem.empty() && !problem_.empty()) logInfo("tls: the keys are good now");
   problem_ = problem;
   next_look_ = now + (context ? kLookForNewKeys : kLookForKeys);
-  if (context) context_ = std::move(*context);
+  if (!context) return false;
+  context_ = std::move(*context);
+  auto people_ca = board::fileContent(keys_.people_ca);
+  if (!people_ca) return false;
+  const auto before = std::exchange(people_ca_, std::move(*people_ca));
+  return !before.empty() && before != people_ca_;
 }
 
 std::unique_ptr<io::BytePipe> TlsDoor::secure(std::unique_ptr<io::BytePipe> carrier) const {

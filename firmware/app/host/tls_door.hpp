@@ -21,15 +21,19 @@ class TlsDoor {
  public:
   explicit TlsDoor(board::TlsKeys keys) : keys_{std::move(keys)} {}
 
-  // Call every few milliseconds: looks at the files once a minute, and every few seconds until they are good.
-  void advance(MonoTime now);
+  // Call every few milliseconds: looks at the files once a minute, and every few seconds until they are good. True
+  // where the CA of people is another one than before: who is in came by one that does not count any more.
+  bool advance(MonoTime now);
+  // Why nobody comes in, or will not for long; empty while all is well.
+  const std::string& problem() const { return problem_; }
   // Null without keys.
   std::unique_ptr<io::BytePipe> secure(std::unique_ptr<io::BytePipe> carrier) const;
 
  private:
   board::TlsKeys keys_;
   std::optional<tls::Context> context_;
-  std::string problem_;  // last reported; empty when there is none
+  std::string people_ca_;  // its content
+  std::string problem_;    // last reported; empty when there is none
   MonoTime next_look_{};
 };
 

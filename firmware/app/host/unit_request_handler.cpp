@@ -57,6 +57,7 @@ Reply UnitRequestHandler::provisionKeys(std::span<const std::byte> body, const b
   if (!request) return malformed(Operation::provision_keys);
   if (!may.allow_provision.value_or(false)) return notPermitted("allow_provision");
   if (!keys_) return refused(ErrorCode::refused, "This box keeps no keys.");
+  if (keys_->haveOtherPeople(*request) && !may.allow_other_people) return notPermitted("allow_other_people");
   if (const auto why = keys_->write(*request)) return refused(ErrorCode::refused, why->what);
   logInfo("the box was provisioned with keys for tls: links");
   return ok(messages::Nothing{});

@@ -38,7 +38,7 @@ void addConditions(metrology::Dataset& dataset, const store::Binding& binding, c
   }
   if (dataset.config.try_emplace("measured_utc", date.text).second)
     dataset.config.try_emplace("date_source", date.source);
-  if (cutting != nullptr) dataset.config.try_emplace(std::string{metrology::kCuttingKey}, std::round(cutting->s()));
+  if (cutting != nullptr) dataset.config.try_emplace(std::string{metrology::kCuttingKey}, cutting->count().text());
   // Lengths that go back to a tool store carry the time of their measurement.
   if (dataset.table("tool_store"))
     dataset.config.try_emplace("measured_at_s",

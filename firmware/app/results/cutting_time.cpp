@@ -1,24 +1,40 @@
 #include "firmware/app/results/cutting_time.hpp"
 
 #include <array>
-#include <charconv>
 #include <chrono>
 #include <cstdio>
+#include <random>
 
 namespace probebox::app {
+namespace {
 
-// A counter that was lost begins at 0: what was measured before it is due at a time that is not known (results::dueOf).
+std::string notKept(const std::string& why) {
+  return "The hours of cutting are not kept: " + why;
+}
+
+// Of another name than any before.
+results::CuttingCount newCount() {
+  std::array<char, 12> text{};
+  std::snprintf(text.data(), text.size(), "%08x", static_cast<unsigned>(std::random_device{}()));
+  return {0, text.data()};
+}
+
+}  // namespace
+
 CuttingTime::CuttingTime(const std::string& path, store::Before before)
-    : file_{store::TwinFile::open(path, 32, "0", before)}, problem_{file_.notice()} {
-  const auto& text = file_.content();
-  std::from_chars(text.data(), text.data() + text.size(), kept_s_);
-  total_s_ = kept_s_;
+    : file_{store::TwinFile::open(path, 64, newCount().text(), before)}, problem_{file_.notice()} {
+  auto count = results::CuttingCount::parse(file_.content());
+  if (!count) {
+    count = newCount();
+    if (const auto written = file_.write(count->text()); !written) problem_ = notKept(written.error().what);
+  }
+  counter_ = count->counter;
+  total_s_ = kept_s_ = count->s;
 }
 
 void CuttingTime::look(const box::State& state) {
   const auto& snapshot = state.snapshot;
-  // A line whose level has not come yet counts as a cut for results, but nothing has been cut.
-  const bool cuts = snapshot.inhibited && snapshot.unknown_inhibit_lines == 0;
+  const bool cuts = snapshot.cutting;
   if (before_ && cuts && state.at > *before_) {
     total_s_ = total_s_ + std::chrono::duration<double>(state.at - *before_).count();
     if (total_s_ - kept_s_ >= kKeptEvery_s) keep();
@@ -29,11 +45,9 @@ void CuttingTime::look(const box::State& state) {
 
 void CuttingTime::keep() {
   if (total_s_ <= kept_s_) return;
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.0f", total_s_.load());
-  const auto written = file_.write(text.data());
+  const auto written = file_.write(count().text());
   const std::lock_guard lock{mutex_};
-  problem_ = written ? "" : "The hours of cutting are not kept: " + written.error().what;
+  problem_ = written ? "" : notKept(written.error().what);
   kept_s_ = total_s_;
 }
 

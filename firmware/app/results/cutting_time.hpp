@@ -5,6 +5,7 @@
 #include <string>
 
 #include "firmware/box/state.hpp"
+#include "firmware/results/due.hpp"
 #include "firmware/store/twin_file.hpp"
 
 namespace probebox::app {
@@ -22,7 +23,7 @@ class CuttingTime {
   // At the end of the daemon.
   void finish() { keep(); }
   // Any thread.
-  double s() const { return total_s_; }
+  results::CuttingCount count() const { return {total_s_, counter_}; }
   // Why it is not kept; empty when it is. Any thread.
   std::string problem() const {
     const std::lock_guard lock{mutex_};
@@ -33,6 +34,7 @@ class CuttingTime {
   void keep();
 
   store::TwinFile file_;
+  std::string counter_;
   std::optional<MonoTime> before_;
   std::atomic<double> total_s_{};
   double kept_s_{};

@@ -24,7 +24,7 @@ std::uint16_t DueDates::count() const {
 
 std::vector<published::Due> DueDates::look() const {
   const auto records = results_.records();
-  results::Circumstances now{.utc = dateNow().at, .cutting_s = cutting_.s()};
+  results::Circumstances now{.utc = dateNow().at, .cutting = cutting_.count()};
   // The box has no thermometer: what was stated last counts.
   store::Id newest = 0;
   for (const auto& record : records) {

@@ -25,7 +25,7 @@ inline constexpr std::string_view kAssumedExact = "assumed to be exact: U holds 
 // Number of the machine check whose lost motion and drift a case states.
 inline constexpr std::string_view kMachineCheckKey = "machine_check";
 
-// How long the machine had cut until then, s, as the box counts it.
+// How long the machine had cut until then, as the box counts it: "3600 of 1a2b3c4d", s of a counter.
 inline constexpr std::string_view kCuttingKey = "cutting_s";
 
 // What is taken of the machine's own errors, where a case does not state them and they count.

@@ -121,7 +121,8 @@ TEST_F(Door, OpensWithKeysThatTheScriptOfTheShopMakes) {
   ASSERT_TRUE(keys({"person", "Ada Lovelace"}));
   EXPECT_FALSE(keys({"person", "Ada Lovelace"})) << "nothing is overwritten";
   EXPECT_FALSE(keys({"person", "\n"}));
-  EXPECT_FALSE(keys({"box", "PB 1"}));
+  EXPECT_FALSE(keys({"box", "PB 1"})) << "no name by which a computer can be reached";
+  EXPECT_TRUE(keys({"box", "PB 1", "localhost"}));
   const auto of = made_in + "/boxes/PB-000123/";
   start("[[person]]\nname = \"Ada Lovelace\"\nallow_inhibit = true\n",
         {of + "box.crt", of + "box.key", of + "people.crt"});

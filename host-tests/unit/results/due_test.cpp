@@ -23,7 +23,7 @@ store::Record measured(std::vector<metrology::Condition> conditions) {
 }
 
 const store::Record kRecord = measured({{"measured_utc", "2026-11-01T08:00:00Z"},
-                                        {std::string{metrology::kCuttingKey}, "3600"},
+                                        {std::string{metrology::kCuttingKey}, "3600 of a"},
                                         {"temperature_c", "20.5"}});
 
 TEST(Due, ByDays) {
@@ -50,9 +50,23 @@ TEST(Due, WithoutADateItIsNotKnown) {
 
 TEST(Due, ByHoursOfCutting) {
   const Schedule schedule{.subject = "delay", .days = {}, .cutting_h = 2, .temperature_k = {}};
-  EXPECT_EQ(dueOf(schedule, &kRecord, {.cutting_s = 10'000}).remaining_cutting_s, 800);
-  EXPECT_EQ(dueOf(schedule, &kRecord, {.cutting_s = 10'801}).state, DueState::overdue);
-  EXPECT_EQ(dueOf(schedule, &kRecord, {.cutting_s = 12}).state, DueState::not_known) << "the counter was lost";
+  EXPECT_EQ(dueOf(schedule, &kRecord, {.cutting = CuttingCount{10'000, "a"}}).remaining_cutting_s, 800);
+  EXPECT_EQ(dueOf(schedule, &kRecord, {.cutting = CuttingCount{10'801, "a"}}).state, DueState::overdue);
+  EXPECT_EQ(dueOf(schedule, &kRecord, {.cutting = CuttingCount{20'000, "b"}}).state, DueState::not_known)
+      << "the counter was lost";
+}
+
+TEST(Due, HoursOfCuttingAreKeptInWholeSecondsThatNeverRoundUp) {
+  for (const double s : {0.0, 1000.6, 12'345'678.4}) {
+    const CuttingCount count{s, "a"};
+    const auto then = measured({{std::string{metrology::kCuttingKey}, count.text()}});
+    const auto due =
+        dueOf({.subject = "delay", .days = {}, .cutting_h = 2, .temperature_k = {}}, &then, {.cutting = count});
+    EXPECT_EQ(due.state, DueState::good) << s;
+    EXPECT_NEAR(due.remaining_cutting_s, 7200, 1) << s;
+  }
+  EXPECT_FALSE(CuttingCount::parse("3600"));
+  EXPECT_FALSE(CuttingCount::parse("3600x of a"));
 }
 
 TEST(Due, ByTemperatureToEitherSide) {
@@ -65,10 +79,10 @@ TEST(Due, ByTemperatureToEitherSide) {
 
 TEST(Due, WhatComesFirstDecidesAndOverdueGoesBeforeNotKnown) {
   const Schedule schedule{.subject = "delay", .days = 30, .cutting_h = 2, .temperature_k = 2};
-  const Circumstances fine{.utc = kMeasured + days{1}, .cutting_s = 4000, .temperature_c = 20.5};
+  const Circumstances fine{.utc = kMeasured + days{1}, .cutting = CuttingCount{4000, "a"}, .temperature_c = 20.5};
   EXPECT_EQ(dueOf(schedule, &kRecord, fine).state, DueState::good);
   auto cut_long = fine;
-  cut_long.cutting_s = 20'000;
+  cut_long.cutting->s = 20'000;
   cut_long.utc.reset();
   EXPECT_EQ(dueOf(schedule, &kRecord, cut_long).state, DueState::overdue);
 }

@@ -274,6 +274,7 @@ std::string page(const messages::Status::Answer& s) {
   addStorage(s, all);
   all += row("links", to_string(s.links) + " connected");
   if (const auto text = notLetInText(s.not_let_in); !text.empty()) all += row("not let in", text);
+  if (!s.tls_problem.empty()) all += row("tls links", s.tls_problem);
   for (const auto& port : s.usb_ports) all += row("usb", usbPortText(port));
   all += row("from hosts", hostsOf(s.from_hosts));
   if (s.cnc_lines.empty())

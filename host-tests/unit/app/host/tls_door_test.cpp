@@ -9,6 +9,7 @@
 
 #include "drivers/tcp/linux_tcp.hpp"
 #include "firmware/app/host/key_folder.hpp"
+#include "firmware/app/host/unit_request_handler.hpp"
 #include "host-tests/keys/shop.hpp"
 #include "host-tests/support/temporary_folder.hpp"
 
@@ -51,6 +52,22 @@ TEST_F(KeysOfADoor, OpenItOnceTheyAreThere) {
   EXPECT_TRUE(takes(door));
 }
 
+// Who is in by a CA that was replaced has to be let go.
+TEST_F(KeysOfADoor, SayWhereAnotherCaLetsPeopleIn) {
+  const auto files = shop_.box();
+  TlsDoor door{of(files)};
+  EXPECT_FALSE(door.advance(monoTime(1))) << "the first one";
+  EXPECT_FALSE(door.advance(monoTime(0) + 2min)) << "the same one";
+  EXPECT_EQ(door.problem(), "");
+  support::Shop other{folder_.path() / "other"};
+  std::filesystem::rename(other.box().trusted, files.trusted);
+  EXPECT_TRUE(door.advance(monoTime(0) + 4min));
+  EXPECT_FALSE(door.advance(monoTime(0) + 6min));
+  std::filesystem::remove(files.key);
+  EXPECT_FALSE(door.advance(monoTime(0) + 8min));
+  EXPECT_NE(door.problem(), "");
+}
+
 TEST_F(KeysOfADoor, ServeOnWhileTheNextOnesAreNotGood) {
   const auto files = shop_.box();
   TlsDoor door{of(files)};
@@ -86,6 +103,25 @@ TEST_F(KeysOfABox, AreThoseThatItWasProvisionedWithUnlessServiceTomlNamesOthers)
   EXPECT_EQ(keys_.in({.certificate = {}, .key = {}, .people_ca = {}, .shut_out = {"ab"}}).shut_out.size(), 1U);
   EXPECT_EQ(std::filesystem::status(keys_.in({}).key).permissions(),
             std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
+}
+
+// Whoever holds the cable may renew the box's certificate, and not say who may come in.
+TEST_F(KeysOfABox, OfOtherPeopleNeedARightOfTheirOwn) {
+  support::Shop other{folder_.path() / "other"};
+  const auto first = sent(shop_.box());
+  EXPECT_FALSE(keys_.haveOtherPeople(first)) << "there are none yet";
+  UnitRequestHandler unit{UnitRecord{(folder_.path() / "unit").string()}, "board", {}, keys_};
+  const auto refused = [&](const messages::ProvisionKeys::Request& keys, const board::Access& may) {
+    return unit.answer(messages::Operation::provision_keys, messages::encoded(keys), may).code !=
+           messages::ErrorCode::ok;
+  };
+  const board::Access cable{.allow_provision = true}, vendor{.allow_provision = true, .allow_other_people = true};
+  EXPECT_TRUE(refused(first, {}));
+  EXPECT_FALSE(refused(first, cable));
+  EXPECT_FALSE(refused(sent(shop_.make("next", {"PB-1", {}, "serverAuth"})), cable)) << "a renewal";
+  EXPECT_TRUE(refused(sent(other.box()), cable));
+  EXPECT_TRUE(refused(sent(other.box()), {.allow_other_people = true})) << "it does not provision";
+  EXPECT_FALSE(refused(sent(other.box()), vendor));
 }
 
 TEST_F(KeysOfABox, AreReplacedAsAWholeOrStay) {

@@ -10,11 +10,10 @@ class CuttingTimeOnDisk : public testing::Test {
  protected:
   CuttingTimeOnDisk() { std::filesystem::remove(path_); }
 
-  static box::State at(double s, bool inhibited, std::uint32_t unknown_lines = 0) {
+  static box::State at(double s, bool cutting) {
     box::State state;
     state.at = monoTime(static_cast<std::int64_t>(1e9 * s));
-    state.snapshot.inhibited = inhibited;
-    state.snapshot.unknown_inhibit_lines = unknown_lines;
+    state.snapshot.cutting = cutting;
     return state;
   }
 
@@ -25,9 +24,7 @@ TEST_F(CuttingTimeOnDisk, CountsWhileACutIsOn) {
   CuttingTime time{path_, store::Before::perhaps};
   for (const auto& [s, cuts] : {std::pair{10, false}, {11, true}, {14, true}, {20, false}, {30, false}, {31, true}})
     time.look(at(s, cuts));
-  EXPECT_EQ(time.s(), 5) << "from each state that cuts back to the one before";
-  time.look(at(40, true, 2));
-  EXPECT_EQ(time.s(), 5) << "a line whose level is not known yet";
+  EXPECT_EQ(time.count().s, 5) << "from each state that cuts back to the one before";
 }
 
 TEST_F(CuttingTimeOnDisk, IsKeptWhenACutEndsAndWhileOneIsLong) {
@@ -39,18 +36,27 @@ TEST_F(CuttingTimeOnDisk, IsKeptWhenACutEndsAndWhileOneIsLong) {
   }  // killed
   {
     CuttingTime time{path_, store::Before::had_it};
-    EXPECT_EQ(time.s(), 100);
+    EXPECT_EQ(time.count().s, 100);
     time.look(at(0, true));
     time.look(at(CuttingTime::kKeptEvery_s + 5, true));
     time.look(at(CuttingTime::kKeptEvery_s + 50, true));
   }  // killed during the cut
   CuttingTime time{path_, store::Before::had_it};
-  EXPECT_EQ(time.s(), 100 + CuttingTime::kKeptEvery_s + 5);
+  EXPECT_EQ(time.count().s, 100 + CuttingTime::kKeptEvery_s + 5);
   time.look(at(0, true));
   time.look(at(10, true));
   time.finish();
-  EXPECT_EQ((CuttingTime{path_, store::Before::had_it}.s()), 115 + CuttingTime::kKeptEvery_s);
+  EXPECT_EQ((CuttingTime{path_, store::Before::had_it}.count().s), 115 + CuttingTime::kKeptEvery_s);
   EXPECT_EQ(time.problem(), "");
+}
+
+TEST_F(CuttingTimeOnDisk, IsAnotherCounterWhereItWasLost) {
+  const auto first = CuttingTime{path_, store::Before::perhaps}.count();
+  EXPECT_EQ((CuttingTime{path_, store::Before::had_it}.count().counter), first.counter);
+  std::filesystem::remove(path_);
+  const CuttingTime next{path_, store::Before::had_it};
+  EXPECT_NE(next.count().counter, first.counter);
+  EXPECT_NE(next.problem(), "");
 }
 
 }  // namespace
