@@ -224,9 +224,10 @@ TEST(Help, NamesEveryMethodThatCalibratesAndWhichOfThemTakeAnOption) {
   }
   const MethodHelp methods = methodHelp();
   EXPECT_EQ(methods.heights, "c-axis-alignment and rotary-axis-errors");
-  EXPECT_EQ(methods.angles, "centreline, centreline-limited-access and rotary-axis-errors");
+  EXPECT_EQ(methods.angles, "centreline, centreline-limited-access, rotary-axis-errors and centreline-x");
   EXPECT_EQ(methods.usual_arcs,
-            "360 for centreline and rotary-axis-errors, 80 for centreline-limited-access and centreline-by-steps");
+            "360 for centreline, rotary-axis-errors and centreline-x, 80 for centreline-limited-access and "
+            "centreline-by-steps");
   EXPECT_EQ(methods.tool, "tool-setter and tool-assembly");
   EXPECT_EQ(methods.probe_tool, "pre-travel");
   EXPECT_EQ(methods.head, "rotary-axis-errors");
