@@ -60,6 +60,11 @@ bool isError(std::string_view key) {
   return kind == metrology::QuantityKind::error || kind == metrology::QuantityKind::offset;
 }
 
+bool hasIdealZero(std::string_view key) {
+  const auto quantity = key.substr(0, key.find('['));  // a component is of the kind of the whole
+  return isError(quantity) || kindOf(quantity) == metrology::QuantityKind::lean;
+}
+
 bool zeroByDefinition(const metrology::Estimate& estimate, std::size_t k) {
   if (k >= estimate.sd.size() || estimate.values[k] != 0.0 || estimate.sd[k] != 0.0) return false;
   const bool certain = k >= estimate.uncertainty.size() || estimate.uncertainty[k] == 0.0;

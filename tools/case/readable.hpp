@@ -18,6 +18,10 @@ struct Label {
 // True for an error, whose largest component is the worst.
 bool isError(std::string_view key);
 
+// True for a value whose ideal is zero: an error, or the lean of an axis from its nominal direction. A limit bounds the
+// value itself with its U, and not U alone. Takes keys of components too: "A_tilt_rad[0]".
+bool hasIdealZero(std::string_view key);
+
 // A component that is zero by definition, such as the location of an axis along itself: value and sd are zero while
 // another component of the estimate has an sd.
 bool zeroByDefinition(const metrology::Estimate& estimate, std::size_t k);

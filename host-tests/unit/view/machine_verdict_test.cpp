@@ -118,6 +118,80 @@ TEST(MachineVerdict, JudgesErrorsWithTheirUncertainty) {
   EXPECT_NEAR(*verdict.tiles[0].decisive->ratio, 0.9, 1e-9);
 }
 
+NamedValue ofUnknownU(const std::string& key, double number) {
+  return {.key = key, .value = number};
+}
+
+MachineVerdict judgedAxis(std::vector<NamedValue> values, double limit_um) {
+  return judge(known({result(3, "rotary-c", std::move(values))}, {{.subject = "rotary-c", .limit_um = limit_um}}));
+}
+
+// 6 um with U = 0.5 um is beyond 5 um for certain, at 130 % with U; 4 um with U = 4 um may be within, at 160 %.
+TEST(MachineVerdict, ABrokenLimitIsNotHiddenByALessCertainValue) {
+  const auto certain = value("deviation_XC_at_60_deg_mm", 0.006, 0.00025);
+  const auto doubtful = value("deviation_YC_at_60_deg_mm", 0.004, 0.002);
+  for (const auto& values : {std::vector{certain, doubtful}, std::vector{doubtful, certain}}) {
+    const auto verdict = judgedAxis(values, 5);
+    EXPECT_EQ(verdict.may_cut, MayCut::stop);
+    EXPECT_EQ(verdict.tiles[0].decisive->key, certain.key);
+  }
+}
+
+TEST(MachineVerdict, AValueOfUnknownUIsNotHiddenByOneThatKeepsTheLimit) {
+  const auto keeps = value("deviation_XC_at_60_deg_mm", 0.002, 0.00025);
+  const auto unknown = ofUnknownU("deviation_YC_at_60_deg_mm", 0.001);
+  for (const auto& values : {std::vector{keeps, unknown}, std::vector{unknown, keeps}}) {
+    const auto verdict = judgedAxis(values, 5);
+    EXPECT_EQ(verdict.may_cut, MayCut::check);
+    EXPECT_EQ(verdict.tiles[0].decisive->key, unknown.key);
+    EXPECT_FALSE(verdict.tiles[0].decisive->ratio);
+  }
+  EXPECT_EQ(judgedAxis({keeps}, 5).may_cut, MayCut::yes);
+}
+
+// An error that keeps its limit says nothing of a delay in the same result that does not.
+TEST(MachineVerdict, JudgesEveryValueThatHasALimit) {
+  const auto mixed = [](double u_of_delay_s) {
+    const auto one =
+        result(3, "rotary-c", {value("deviation_XC_at_60_deg_mm", 0.001, 0.0001), value("tau_s", 5e-3, u_of_delay_s)});
+    return judge(known({one}, {{.subject = "rotary-c", .limit_um = 5, .limit_us = 8}}));
+  };
+  EXPECT_EQ(mixed(1e-6).may_cut, MayCut::yes);
+  EXPECT_EQ(mixed(1e-6).tiles[0].decisive->key, "deviation_XC_at_60_deg_mm") << "of equal answers the error";
+  EXPECT_EQ(mixed(5e-6).may_cut, MayCut::stop) << "U of 10 us in 8 us";
+  EXPECT_EQ(mixed(5e-6).tiles[0].decisive->key, "tau_s");
+}
+
+// An axis should point along its nominal direction: the lean itself is bounded, not only its U.
+TEST(MachineVerdict, ALeanIsHeldAgainstItsLimitItself) {
+  const auto tilted = [](double lean_rad) {
+    const auto one =
+        result(5, "spindle-tilt", {value("A_tilt_rad[0]", 0, 1e-6), value("A_tilt_rad[1]", lean_rad, 1e-6)});
+    return judge(known({one}, {{.subject = "spindle-tilt", .limit_urad = 20}}));
+  };
+  EXPECT_EQ(tilted(15e-6).may_cut, MayCut::yes);
+  EXPECT_NEAR(*tilted(15e-6).tiles[0].decisive->ratio, 17.0 / 20, 1e-9);
+  EXPECT_EQ(tilted(-19e-6).may_cut, MayCut::check);
+  EXPECT_EQ(tilted(500e-6).may_cut, MayCut::stop);
+}
+
+TEST(MachineVerdict, ALimitThatBoundsNoValueIsNoYes) {
+  const auto of = [](Requirement requirement) {
+    requirement.subject = "delay";
+    return judge(withDelayDue(known({delay()}, {requirement}), published::DueState::good, 28));
+  };
+  EXPECT_EQ(of({.limit_us = 20}).may_cut, MayCut::yes);
+  const auto other = of({.limit_urad = 20});
+  EXPECT_EQ(other.may_cut, MayCut::check);
+  EXPECT_EQ(other.tiles[0].may_cut, MayCut::check);
+  ASSERT_EQ(other.tiles[0].idle_limits.size(), 1);
+  EXPECT_NE(other.tiles[0].idle_limits[0].find("limit_urad"), std::string::npos);
+  EXPECT_NE(other.tiles[0].idle_limits[0].find("limit_us"), std::string::npos) << "the one that would bound tau";
+  const auto both = of({.limit_um = 5, .limit_us = 20});
+  EXPECT_EQ(both.may_cut, MayCut::check);
+  EXPECT_EQ(both.tiles[0].idle_limits.size(), 1) << "limit_us is kept, limit_um bounds nothing";
+}
+
 TEST(MachineVerdict, IsDueAfterItsDays) {
   const auto verdict = judge(withDelayDue(known({delay()}, {limitOfTimes(20)}), published::DueState::overdue, -1));
   EXPECT_EQ(verdict.may_cut, MayCut::check);
@@ -161,7 +235,17 @@ TEST(MachineVerdict, AFailedCheckStopsBeforeAnybodyHasAcceptedIt) {
                   ResultState::proposed);
   };
   EXPECT_EQ(judge(known({delay(), check(2)}, {limitOfTimes(20)})).may_cut, MayCut::stop);
+  EXPECT_EQ(judge(known({delay(), check(1)}, {limitOfTimes(20)})).may_cut, MayCut::check) << "nothing is proven";
   EXPECT_EQ(judge(known({delay(), check(0)}, {limitOfTimes(20)})).may_cut, MayCut::yes);
+}
+
+TEST(MachineVerdict, NamesWhoeverSaysThatACutIsOn) {
+  auto all = known({delay()}, {limitOfTimes(20)});
+  EXPECT_EQ(judge(all).cut, "");
+  all.corrections->inhibited = true;
+  EXPECT_NE(judge(all).cut, "") << "a line of the box has no name";
+  all.status->inhibits.push_back({"tcp:127.0.0.1:9", "Ada", kNow});
+  EXPECT_NE(judge(all).cut.find("Ada"), std::string::npos);
 }
 
 TEST(MachineVerdict, KnowsNothingWithoutALink) {

@@ -57,12 +57,17 @@ std::string upTime(std::uint64_t ms) {
                  static_cast<unsigned long long>(s / 60 % 60), static_cast<unsigned long long>(s % 60));
 }
 
-void title(Page& page, const WatchState& state) {
-  const auto& d = state.descriptor;
-  page.bar(0, shownLines(" probebox  " + d.board + " " + d.serial_number + "   " + d.machine + "   " + d.probe));
+// At the right of the title: whether what stands below is of this moment.
+void mark(Page& page, const WatchState& state) {
   const std::string mark = !state.link_up ? " LINK LOST " : state.held ? " HELD " : " LIVE ";
   const auto style = !state.link_up ? Style::bad : state.held ? Style::warned : Style::good;
   page.put(0, page.size().columns - mark.size() - 1, mark, style);
+}
+
+void title(Page& page, const WatchState& state) {
+  const auto& d = state.descriptor;
+  page.bar(0, shownLines(" probebox  " + d.board + " " + d.serial_number + "   " + d.machine + "   " + d.probe));
+  mark(page, state);
 }
 
 void clockAndSamples(Page& page, const WatchState& state) {
@@ -258,14 +263,9 @@ void procedure(Page& page, const WatchState& state, std::size_t row) {
 
 void cut(Page& page, const WatchState& state, std::size_t row) {
   page.label(row, "Cut");
-  const bool on = state.corrections && state.corrections->inhibited;
-  std::string who;
-  if (state.status) {
-    for (const auto& holder : state.status->inhibits) who += (who.empty() ? "" : "; ") + line(holder);
-  }
-  if (on || !who.empty()) {
+  if (const auto who = whoCuts(state.status, state.corrections); !who.empty()) {
     page.put(row, kLabel, "ON", Style::bad);
-    return page.words(row, kLabel + 4, shownLines(who.empty() ? "an inhibit line of the box" : who));
+    return page.words(row, kLabel + 4, shownLines(who));
   }
   page.put(row, kLabel, state.corrections ? "none" : "not known", Style::plain);
 }
@@ -317,6 +317,7 @@ std::vector<Span> watchPage(const WatchState& state, ScreenSize size, bool utf8)
     if (!state.machine_page) return livePage(state, size, utf8, false);
     auto spans = machinePage(state.verdict, {size.rows - 1, size.columns}, utf8);
     Page page{size, utf8};
+    mark(page, state);
     page.bar(size.rows - 1, " q quit   space hold   m live");
     for (auto& span : page.take()) spans.push_back(std::move(span));
     return spans;

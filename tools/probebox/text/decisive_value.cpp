@@ -1,5 +1,7 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <ranges>
 
 #include "firmware/metrology/dataset/verdict.hpp"
 #include "protocol/units/angle.hpp"
@@ -37,14 +39,14 @@ DecisiveValue shownValue(const NamedValue& value, const std::string& axis, const
                       .limit = limitIn(label.unit, requirement)};
   if (const auto u = value.uncertainty()) shown.u = 2 * *u * std::abs(label.factor);
   if (!shown.limit) return shown;
-  const bool error = casefolder::isError(value.key);
-  const auto proof = error     ? metrology::proofOf(shown.value, shown.u, *shown.limit)
+  const bool deviation = casefolder::hasIdealZero(value.key);
+  const auto proof = deviation ? metrology::proofOf(shown.value, shown.u, *shown.limit)
                      : shown.u ? metrology::proofOf(*shown.u, 0.0, *shown.limit)
                                : metrology::Proof::not_proven;
   shown.keeping = proof == metrology::Proof::conforms     ? Keeping::kept
                   : proof == metrology::Proof::not_proven ? Keeping::not_proven
                                                           : Keeping::exceeded;
-  if (shown.u) shown.ratio = ((error ? std::abs(shown.value) : 0) + *shown.u) / *shown.limit;
+  if (shown.u) shown.ratio = ((deviation ? std::abs(shown.value) : 0) + *shown.u) / *shown.limit;
   return shown;
 }
 
@@ -78,31 +80,63 @@ bool isCertain(const NamedValue& value) {
   return value.has_sd && value.sd == 0 && (!value.has_u || value.u == 0);
 }
 
-// Errors come before other values, those with a limit before others; then the nearest to the limit, or the largest.
+// The worst answer comes first: with unequal U the larger share of a limit may be the better answer. Of equal answers
+// deviations come before other values; then what is nearest to the limit or furthest beyond it, before which is what
+// nobody knows U of; without a limit the largest.
 bool comesBefore(const DecisiveValue& one, const DecisiveValue& other) {
-  if (one.limit.has_value() != other.limit.has_value()) return one.limit.has_value();
-  const bool error = casefolder::isError(one.key);
-  if (error != casefolder::isError(other.key)) return error;
-  if (one.ratio && other.ratio) return *one.ratio > *other.ratio;
-  if (!error) return one.u.has_value() && !other.u.has_value();
+  if (one.keeping != other.keeping) return one.keeping > other.keeping;
+  const bool deviation = casefolder::hasIdealZero(one.key);
+  if (deviation != casefolder::hasIdealZero(other.key)) return deviation;
+  if (one.limit && other.limit) return other.ratio && (!one.ratio || *one.ratio > *other.ratio);
+  if (!deviation) return one.u.has_value() && !other.u.has_value();
   return one.unit == other.unit &&
          std::abs(one.value) + one.u.value_or(0) > std::abs(other.value) + other.u.value_or(0);
+}
+
+// The values by which a result is judged, in the units in which they are shown; none of a check that has a verdict.
+std::vector<DecisiveValue> judgedValues(const ResultSummary& result, const Requirement* requirement) {
+  std::vector<DecisiveValue> all;
+  if (ofCheck(result)) return all;
+  const auto axis = casefolder::rotaryAxisOf(result.subject);
+  const std::size_t about = result.about_count > 0 ? result.about_count : result.values.size();
+  for (const auto& value : result.values | std::views::take(about))
+    if (!isVerdict(value.key) && !isCertain(value)) all.push_back(shownValue(value, axis, requirement));
+  return all;
 }
 
 }  // namespace
 
 std::optional<DecisiveValue> decisiveValue(const ResultSummary& result, const Requirement* requirement) {
   if (auto check = ofCheck(result)) return check;
-  const auto axis = casefolder::rotaryAxisOf(result.subject);
-  const std::size_t about = result.about_count > 0 ? result.about_count : result.values.size();
   std::optional<DecisiveValue> best;
-  for (std::size_t k = 0; k < std::min(about, result.values.size()); ++k) {
-    const auto& value = result.values[k];
-    if (isVerdict(value.key) || isCertain(value)) continue;
-    auto shown = shownValue(value, axis, requirement);
+  for (auto& shown : judgedValues(result, requirement))
     if (!best || comesBefore(shown, *best)) best = std::move(shown);
-  }
   return best;
+}
+
+std::vector<std::string> idleLimits(const ResultSummary& result, const Requirement& requirement) {
+  struct Stated {
+    std::string_view name;
+    double limit{};
+    Requirement alone;  // this limit, of any size
+    bool bounds{};
+  };
+  std::array<Stated, 3> limits{Stated{"limit_um", requirement.limit_um, {.limit_um = 1}},
+                               Stated{"limit_us", requirement.limit_us, {.limit_us = 1}},
+                               Stated{"limit_urad", requirement.limit_urad, {.limit_urad = 1}}};
+  std::string others;  // which would bound something
+  for (auto& one : limits) {
+    one.bounds =
+        std::ranges::any_of(judgedValues(result, &one.alone), [](const auto& v) { return v.limit.has_value(); });
+    if (one.bounds && !(one.limit > 0)) others += (others.empty() ? "" : " or ") + std::string{one.name};
+  }
+  std::vector<std::string> idle;
+  for (const auto& one : limits)
+    if (one.limit > 0 && !one.bounds)
+      idle.push_back(std::string{one.name} + " of " + result.subject + " bounds no value of result " +
+                     std::to_string(result.id) + ": " +
+                     (others.empty() ? "remove it from machine.toml." : "state " + others + "."));
+  return idle;
 }
 
 std::optional<ControlLimits> controlLimits(std::span<const TrendPoint> points) {

@@ -33,11 +33,6 @@ bool isInForce(const ResultSummary& result) {
   return result.state == ResultState::active && result.why_not_in_force.empty();
 }
 
-const Requirement* requirementOf(const std::vector<Requirement>& all, const std::string& subject) {
-  const auto found = std::ranges::find(all, subject, &Requirement::subject);
-  return found == all.end() ? nullptr : &*found;
-}
-
 bool hasLimit(const Requirement& requirement) {
   return requirement.limit_um > 0 || requirement.limit_us > 0 || requirement.limit_urad > 0;
 }
@@ -88,12 +83,14 @@ SubjectTile tileOf(const ResultSummary& result, const MachineKnown& known,
     tile.age_days = std::max(0.0, std::chrono::duration<double, std::chrono::days::period>(*now - *measured).count());
   if (const auto* due = dueOf(known, result.subject)) tile.due = *due;
   tile.remarks = remarksOn(result, known.results);
+  if (requirement != nullptr) tile.idle_limits = idleLimits(result, *requirement);
   if (tile.decisive) tile.trend = trendOf(result, *tile.decisive, known.results);
   const auto keeping = tile.decisive ? tile.decisive->keeping : Keeping::no_limit;
   const bool rests_on_retired = std::ranges::any_of(result.rests_on, &messages::RestsOn::retired);
   if (keeping == Keeping::exceeded) {
     tile.may_cut = MayCut::stop;
-  } else if (keeping == Keeping::not_proven || !isKnownGood(tile.due) || rests_on_retired || !result.warnings.empty()) {
+  } else if (keeping == Keeping::not_proven || !isKnownGood(tile.due) || rests_on_retired || !result.warnings.empty() ||
+             !tile.idle_limits.empty()) {
     tile.may_cut = MayCut::check;
   } else if (keeping == Keeping::kept || tile.due) {
     tile.may_cut = MayCut::yes;
@@ -175,20 +172,24 @@ void addTile(const SubjectTile& tile, Reasons& reasons) {
   if (keeping == Keeping::not_proven)
     reasons.add(MayCut::check, tile.title + " is not proven to be within its limit: " + what + ".");
   if (!isKnownGood(tile.due)) reasons.add(MayCut::check, tile.title + ": " + dueText(tile) + ".");
+  for (const auto& sentence : tile.idle_limits) reasons.add(MayCut::check, sentence);
   if (tile.may_cut == MayCut::check && keeping != Keeping::not_proven && !tile.remarks.empty())
     reasons.add(MayCut::check, tile.title + ": " + tile.remarks.front());
 }
 
-// A check that fails counts before anybody has accepted it.
-void addFailedChecks(const std::vector<ResultSummary>& results, Reasons& reasons) {
+// A check that fails, or that proves nothing, counts before anybody has accepted it.
+void addUnacceptedCheck(const std::vector<ResultSummary>& results, Reasons& reasons) {
   const ResultSummary* newest = nullptr;
   for (const auto& one : results)
     if (isAbout(one.subject, SubjectKind::check) && one.state != ResultState::refused && one.why_not_in_force.empty())
       if (newest == nullptr || one.id > newest->id) newest = &one;
   if (newest == nullptr || isInForce(*newest) || newest->state == ResultState::retired) return;
   const auto decisive = decisiveValue(*newest, nullptr);
-  if (decisive && decisive->keeping == Keeping::exceeded)
+  if (!decisive) return;
+  if (decisive->keeping == Keeping::exceeded)
     reasons.add(MayCut::stop, "The last check fails: " + decisive->text + ".");
+  if (decisive->keeping == Keeping::not_proven)
+    reasons.add(MayCut::check, "The last check is not proven to be within its limits: " + decisive->text + ".");
 }
 
 void addRequirements(const MachineKnown& known, const std::vector<SubjectTile>& tiles, Reasons& reasons) {
@@ -226,11 +227,16 @@ std::string_view nameOf(Keeping keeping) {
   return kNames[static_cast<std::size_t>(keeping)];
 }
 
+const Requirement* requirementOf(const std::vector<Requirement>& all, const std::string& subject) {
+  const auto found = std::ranges::find(all, subject, &Requirement::subject);
+  return found == all.end() ? nullptr : &*found;
+}
+
 Trend trendOf(const ResultSummary& newest, const DecisiveValue& decisive, const std::vector<ResultSummary>& all) {
   Trend trend{.name = decisive.name,
               .unit = decisive.unit,
               .limit = decisive.limit,
-              .limits_values = casefolder::isError(decisive.key) || isVerdict(decisive.key)};
+              .limits_values = casefolder::hasIdealZero(decisive.key) || isVerdict(decisive.key)};
   for (const auto& one : all) {
     if (one.state == ResultState::refused || !areAlike(one, newest)) continue;
     const auto value = std::ranges::find(one.values, decisive.key, &messages::NamedValue::key);
@@ -254,14 +260,19 @@ std::string dueText(const SubjectTile& tile) {
   return tile.due ? dueText(*tile.due) : "no interval stated";
 }
 
+std::string whoCuts(const std::optional<messages::Status::Answer>& status,
+                    const std::optional<messages::Corrections::Answer>& corrections) {
+  std::string who;
+  if (status) {
+    for (const auto& holder : status->inhibits) who += (who.empty() ? "" : "; ") + line(holder);
+  }
+  return who.empty() && corrections && corrections->inhibited ? "an inhibit line of the box" : who;
+}
+
 MachineVerdict judge(const MachineKnown& known) {
   MachineVerdict verdict;
   verdict.tiles = tilesOf(known);
-  if (known.status) {
-    for (const auto& holder : known.status->inhibits) verdict.cut += (verdict.cut.empty() ? "" : "; ") + line(holder);
-  }
-  if (verdict.cut.empty() && known.corrections && known.corrections->inhibited)
-    verdict.cut = "an inhibit line of the box";
+  verdict.cut = whoCuts(known.status, known.corrections);
   if (!known.link_up || !known.status || !known.corrections) {
     verdict.reason = known.link_up
                          ? "Nothing here says how a machine stands: this is a recording, or a box that does not answer."
@@ -270,7 +281,7 @@ MachineVerdict judge(const MachineKnown& known) {
   }
   Reasons reasons;
   addCorrections(*known.corrections, reasons);
-  addFailedChecks(known.results, reasons);
+  addUnacceptedCheck(known.results, reasons);
   if (std::ranges::none_of(verdict.tiles, [](const auto& tile) { return tile.id != 0; }))
     reasons.add(MayCut::check, "Nothing is calibrated: begin with the delay.");
   for (const auto& tile : verdict.tiles) addTile(tile, reasons);
@@ -317,6 +328,7 @@ Json describe(const MachineVerdict& verdict) {
   for (const auto& sentence : verdict.more) more.push_back(casefolder::typeset(sentence));
   for (const auto& tile : verdict.tiles) {
     Json remarks = Json::array();
+    for (const auto& sentence : tile.idle_limits) remarks.push_back(casefolder::typeset(sentence));
     for (const auto& remark : tile.remarks) remarks.push_back(casefolder::typeset(remark));
     tiles.push_back({{"subject", tile.subject},
                      {"title", tile.title},

@@ -29,8 +29,9 @@ std::string_view wordOf(MayCut may_cut);
 enum class Keeping { no_limit, kept, not_proven, exceeded };
 std::string_view nameOf(Keeping keeping);  // "no limit", "kept", "not proven", "exceeded"
 
-// The value by which a result is judged: of its errors the one that is nearest to the limit or furthest beyond it, of a
-// result that has none the first value whose uncertainty is known.
+// The value by which a result is judged: the worst of all that have a limit, by its answer (exceeded, not proven, kept)
+// and of equal answers by its ratio, deviations first. Without a limit the largest deviation, of a result that has none
+// the first value whose uncertainty is known.
 struct DecisiveValue {
   std::string key{};
   std::string name{};             // "deviation XC at 60 deg"
@@ -39,12 +40,18 @@ struct DecisiveValue {
   std::optional<double> u{};      // U, k = 2
   std::string text{};             // "deviation XC at 60 deg -3.1 +/- 0.4 um"; after +/- stands u (k = 1)
   std::optional<double> limit{};  // in that unit; nothing where none is stated
-  std::optional<double> ratio{};  // (abs(error) + U) / limit; of a value that is no error U / limit
+  std::optional<double> ratio{};  // (abs(error) + U) / limit; of a value that is no deviation U / limit
   Keeping keeping{};
 };
 // requirement: null where none is stated. Nothing for a refusal.
 std::optional<DecisiveValue> decisiveValue(const messages::ResultSummary& result,
                                            const messages::Requirement* requirement);
+
+// Null where none is stated about the subject.
+const messages::Requirement* requirementOf(const std::vector<messages::Requirement>& all, const std::string& subject);
+// A sentence about each stated limit that bounds no value of the result, with the names of those that would:
+// "limit_urad of delay bounds no value of result 3: state limit_us."
+std::vector<std::string> idleLimits(const messages::ResultSummary& result, const messages::Requirement& requirement);
 
 struct TrendPoint {
   std::uint64_t id{};
@@ -68,7 +75,7 @@ struct Trend {
   std::vector<TrendPoint> points{};
   std::optional<ControlLimits> control{};
   std::optional<double> limit{};
-  bool limits_values{};  // the limit is one of the values themselves, as of errors, and not of their U
+  bool limits_values{};  // the limit is one of the values themselves, as of deviations, and not of their U
 };
 
 Trend trendOf(const messages::ResultSummary& newest, const DecisiveValue& decisive,
@@ -81,8 +88,9 @@ struct SubjectTile {
   std::string method{}, accepted_by{}, accepted_utc{}, measured_utc{};
   std::optional<DecisiveValue> decisive{};
   std::optional<double> age_days{};
-  std::optional<published::Due> due{};  // as the box says; nothing where it is never due
-  std::vector<std::string> remarks{};   // rests on a retired result, warnings, a newer one that waits for a person
+  std::optional<published::Due> due{};     // as the box says; nothing where it is never due
+  std::vector<std::string> remarks{};      // rests on a retired result, warnings, a newer one that waits for a person
+  std::vector<std::string> idle_limits{};  // as idleLimits()
   Trend trend{};
   MayCut may_cut{};  // by this subject alone; unknown: nothing is required of it
 };
@@ -92,7 +100,7 @@ struct MachineVerdict {
   std::string reason;             // one sentence
   std::vector<std::string> more;  // further reasons, the most serious first
   std::vector<SubjectTile> tiles;
-  std::string cut;  // who says that a cut is on; empty for nobody
+  std::string cut;  // as whoCuts()
 };
 
 struct MachineKnown {
@@ -103,6 +111,10 @@ struct MachineKnown {
   std::vector<messages::Requirement> requirements{};  // of machine.toml
 };
 MachineVerdict judge(const MachineKnown& known);
+
+// Who says that a cut is on; empty for nobody, and where nothing is known.
+std::string whoCuts(const std::optional<messages::Status::Answer>& status,
+                    const std::optional<messages::Corrections::Answer>& corrections);
 
 // As dueText() of due.hpp, or "no interval stated"; empty where it was never measured.
 std::string dueText(const SubjectTile& tile);

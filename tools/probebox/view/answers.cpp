@@ -128,18 +128,19 @@ std::vector<messages::Requirement> requirementsOf(link::Client& box, Console& co
   return says ? std::move(says->requirements) : std::vector<messages::Requirement>{};  // a recording has none
 }
 
-Json decisiveOf(const messages::ResultSummary& summary, const std::vector<messages::Requirement>& requirements) {
-  const auto found = std::ranges::find(requirements, summary.subject, &messages::Requirement::subject);
-  const auto decisive = command::decisiveValue(summary, found == requirements.end() ? nullptr : &*found);
-  return decisive ? describe(*decisive) : Json(nullptr);
+// Adds its decisive value, and returns that.
+std::optional<command::DecisiveValue> addDecisive(const messages::ResultSummary& summary,
+                                                  const std::vector<messages::Requirement>& requirements,
+                                                  Json& object) {
+  auto decisive = command::decisiveValue(summary, command::requirementOf(requirements, summary.subject));
+  object["decisive"] = decisive ? describe(*decisive) : Json(nullptr);
+  return decisive;
 }
 
-// Its decisive value, and how that went in the last results about the same.
+// Adds as well how that went in the last results about the same.
 void addJudgement(const messages::ResultSummary& summary, const std::vector<messages::ResultSummary>& all,
                   const std::vector<messages::Requirement>& requirements, Json& object) {
-  const auto found = std::ranges::find(requirements, summary.subject, &messages::Requirement::subject);
-  const auto decisive = command::decisiveValue(summary, found == requirements.end() ? nullptr : &*found);
-  object["decisive"] = decisive ? describe(*decisive) : Json(nullptr);
+  const auto decisive = addDecisive(summary, requirements, object);
   object["trend"] = decisive ? describe(command::trendOf(summary, *decisive, all)) : Json(nullptr);
 }
 
@@ -224,7 +225,7 @@ Answer results(link::Client& box, Console& console) {
   Json list = Json::array();
   for (const auto& one : all) {
     Json object = titled(one);
-    object["decisive"] = decisiveOf(one, requirements);
+    addDecisive(one, requirements, object);
     list.push_back(std::move(object));
   }
   return list.dump();
