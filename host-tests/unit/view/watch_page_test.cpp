@@ -107,6 +107,40 @@ TEST(WatchPage, HasTheMachineByItsKeyOrBesideTheLivePage) {
   EXPECT_TRUE(shows(both, "sigma"));
 }
 
+// The answer of a moment that is over never stands alone as if it were of now.
+TEST(WatchPage, TheMachinePageSaysThatItIsHeldOrWithoutALink) {
+  for (const ScreenSize size : {ScreenSize{24, 80}, ScreenSize{50, 200}}) {
+    auto state = full();
+    state.machine_page = true;
+    EXPECT_TRUE(shows(watchPage(state, size, true), " LIVE "));
+    state.held = true;
+    EXPECT_TRUE(shows(watchPage(state, size, true), " HELD "));
+    state.link_up = false;
+    EXPECT_TRUE(shows(watchPage(state, size, true), " LINK LOST "));
+  }
+}
+
+// A terminal obeys what a box sends unless it is made harmless.
+TEST(WatchPage, NoTextOfTheBoxReachesTheTerminalAsAnOrder) {
+  const std::string order = "\x1b[2J\n\t";
+  auto state = full();
+  state.machine_page = true;
+  state.verdict.reason += order;
+  state.verdict.cut = order;
+  state.verdict.more.push_back(order);
+  auto& tile = state.verdict.tiles.front();
+  tile.title += order;
+  tile.decisive->text = order + tile.decisive->text;
+  tile.accepted_by = order;
+  tile.accepted_utc = "2026-11-28\x1b[2J";
+  tile.remarks = {order};
+  for (const double number : {1.0, 2.0}) tile.trend.points.push_back({.value = number});
+  const auto page = watchPage(state, {40, 120}, true);
+  for (const auto& span : page)
+    EXPECT_FALSE(std::ranges::any_of(span.text, [](unsigned char c) { return c < 0x20; })) << span.text;
+  EXPECT_TRUE(shows(page, "▁█")) << "the trend has its blocks";
+}
+
 TEST(Wrapped, KeepsWordsWhole) {
   EXPECT_EQ(wrapped("one two three", 7, 9), (std::vector<std::string>{"one two", "three"}));
   EXPECT_EQ(wrapped("one two three four", 11, 1), (std::vector<std::string>{"one two ..."}));

@@ -50,6 +50,7 @@ std::string wordOn(const SubjectTile& tile) {
   return limitText(*tile.decisive);
 }
 
+// Writes texts that may be of the box: on a row none of them moves the cursor.
 class Writer {
  public:
   Writer(ScreenSize size, std::vector<Span>& spans) : size_{size}, spans_{spans} {}
@@ -57,14 +58,14 @@ class Writer {
   std::size_t room() const { return size_.columns - 2 * kMargin; }
   void skip(std::size_t rows = 1) { row_ += rows; }
   void put(const std::string& text, Style style, std::size_t indent = 0) {
-    spans_.push_back({row_++, kMargin + indent, shortened(text, room() - indent), style});
+    spans_.push_back({row_++, kMargin + indent, shortened(shown(text), room() - indent), style});
   }
   // On the row of the last put().
   void right(const std::string& text, Style style) {
-    if (text.size() < room()) spans_.push_back({row_ - 1, size_.columns - kMargin - text.size(), text, style});
+    if (text.size() < room()) spans_.push_back({row_ - 1, size_.columns - kMargin - text.size(), shown(text), style});
   }
   void paragraph(const std::string& text, std::size_t lines, Style style) {
-    for (const auto& line : wrapped(text, room(), lines)) put(line, style);
+    for (const auto& line : wrapped(shown(text), room(), lines)) put(line, style);
   }
 
  private:
@@ -74,18 +75,19 @@ class Writer {
 };
 
 void writeTile(const SubjectTile& tile, bool utf8, Writer& page) {
-  page.put(shownLines(tile.title), Style::strong);
+  page.put(tile.title, Style::strong);
   page.right(wordOn(tile), styleOf(tile.may_cut));
   if (tile.decisive) page.put(tile.decisive->text, Style::plain, 2);
   const auto spark = sparkline(tile.trend, utf8);
   std::string times;
   if (tile.age_days) times = "measured " + durationText(*tile.age_days) + " ago, " + dueText(tile);
   if (!tile.accepted_by.empty())
-    times += (times.empty() ? "" : "; ") + ("in force since " + minuteOf(tile.accepted_utc)) + " by " +
-             shownLines(tile.accepted_by);
+    times +=
+        (times.empty() ? "" : "; ") + ("in force since " + minuteOf(tile.accepted_utc)) + " by " + tile.accepted_by;
   if (!spark.empty()) times = spark + "  " + times;
   if (!times.empty()) page.put(times, Style::soft, 2);
-  if (!tile.remarks.empty()) page.put(shownLines(tile.remarks.front()), Style::warned, 2);
+  const auto& first = tile.idle_limits.empty() ? tile.remarks : tile.idle_limits;
+  if (!first.empty()) page.put(first.front(), Style::warned, 2);
 }
 
 }  // namespace
@@ -133,7 +135,7 @@ std::vector<Span> machinePage(const MachineVerdict& verdict, ScreenSize size, bo
   page.put("May I cut?", Style::soft);
   page.put(signOf(verdict.may_cut), styleOf(verdict.may_cut));
   page.paragraph(verdict.reason, kReasonRows, Style::strong);
-  if (!verdict.cut.empty()) page.put("A cut is on: " + shownLines(verdict.cut), Style::warned);
+  if (!verdict.cut.empty()) page.put("A cut is on: " + verdict.cut, Style::warned);
   for (const auto& tile : verdict.tiles) {
     if (!page.hasRoom(kRowsOfTile + 1)) {
       page.put("more subjects than this terminal has rows for", Style::soft);
@@ -145,7 +147,7 @@ std::vector<Span> machinePage(const MachineVerdict& verdict, ScreenSize size, bo
   if (!verdict.more.empty() && page.hasRoom(2)) page.skip();
   for (const auto& sentence : verdict.more) {
     if (!page.hasRoom(2)) break;
-    page.paragraph("also: " + shownLines(sentence), 2, Style::warned);
+    page.paragraph("also: " + sentence, 2, Style::warned);
   }
   return spans;
 }
