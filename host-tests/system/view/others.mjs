@@ -29,6 +29,19 @@ async function memory(page) {
   check((await page.evaluate(() => globalThis.probeboxLive.slots())) <= 6100, "more slots than a minute");
 }
 
+// An answer about the machine does not stay on the page when the server that gave it is gone.
+async function endedServer(chromium, uri) {
+  const server = await view(uri);
+  const page = await open(chromium, server.address);
+  await page.waitForSelector(".answer:is(.yes, .check, .stop)");
+  check((await stop(server)) === 130, server.text);
+  await page.waitForSelector(".answer.unknown >> text=Not known");
+  await page.keyboard.press("Alt+2");
+  await page.keyboard.press("Alt+1");
+  await page.waitForSelector(".answer.unknown >> text=Not known"); // nor when one comes back to it
+  await page.context().close();
+}
+
 async function lostLink(chromium) {
   const daemon = await box("lost");
   const port = daemon.uri.split(":").at(-1);
@@ -59,6 +72,7 @@ run(async () => {
   try {
     const daemon = await box();
     await replay(chromium, daemon.uri);
+    await endedServer(chromium, daemon.uri);
     await lostLink(chromium);
   } finally {
     await chromium.close();

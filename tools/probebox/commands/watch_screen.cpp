@@ -15,6 +15,7 @@ namespace {
 
 constexpr milliseconds kPicture{100};
 constexpr milliseconds kAsking{200};
+constexpr milliseconds kAfterFailure{1000};
 
 // Keeps the state of the page from what the box sends.
 struct Watched : link::StreamListener {
@@ -92,7 +93,9 @@ class ScreenWatch {
     while (!pace_.over() && !console_.interrupted() && takeKeys()) {
       if (!stream_.round()) return stream_.trouble();
       ask();
-      if (pace_.due() && !held_) draw();
+      // A held picture ends with its link: an answer is not held beyond what it is about.
+      const bool up = stream_.box() != nullptr;
+      if (pace_.due() && (!held_ || up != watched_.state.link_up)) draw();
     }
     return std::nullopt;
   }
@@ -130,15 +133,22 @@ class ScreenWatch {
     if (state.status && newest_result_) readResults(*state.status);
   }
 
-  // Those about which the machine is judged: all of them, and only where there are others than before.
+  // Those about which the machine is judged, and the requirements: all of them, where there are other results than
+  // before and after a reconnection, since a box that was started anew may have another machine.toml. Again some time
+  // after a failure.
   void readResults(const messages::Status::Answer& status) {
     auto active = status.active_results;
     active.push_back(newest_result_->results.empty() ? 0 : newest_result_->results.back().id);
-    if (std::exchange(judged_, active) == active || stream_.box() == nullptr) return;
+    active.push_back(stream_.reconnections());
+    if (judged_ == active || link::now() < next_reading_ || stream_.box() == nullptr) return;
+    next_reading_ = link::now() + kAfterFailure;
     auto results = storedResults(*stream_.box(), quiet_, {}, std::numeric_limits<std::size_t>::max());
     if (results) known_.results = std::move(*results);
+    if (!results || stream_.box() == nullptr) return;
     auto machine = command::ask<messages::DescribeMachine>(*stream_.box(), quiet_);
-    if (machine) known_.requirements = std::move(machine->requirements);
+    if (!machine) return;
+    known_.requirements = std::move(machine->requirements);
+    judged_ = std::move(active);
   }
 
   void draw() {
@@ -175,7 +185,8 @@ class ScreenWatch {
   Asking<messages::ListResults> results_;
   std::optional<messages::ListResults::Answer> newest_result_;
   MachineKnown known_;
-  std::vector<std::uint64_t> judged_;  // results in force and the newest one, as the verdict has them
+  std::vector<std::uint64_t> judged_;  // results in force, the newest one, and which link, as the verdict has them
+  MonoTime next_reading_{};
 };
 
 }  // namespace

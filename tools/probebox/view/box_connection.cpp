@@ -118,8 +118,10 @@ void BoxConnection::tellLink() {
   link_up_ = up;
   known_.link_up = up;
   if (!up) tellMachine(false);
-  events_.put("link",
-              Json{{"up", up}, {"what", up ? "" : stream_.loss()}, {"reconnections", stream_.reconnections()}}.dump());
+  auto text = Json{{"up", up}, {"what", up ? "" : stream_.loss()}, {"reconnections", stream_.reconnections()}}.dump();
+  events_.put("link", text, EventLog::Lasts::until_next);
+  const std::lock_guard lock{mutex_};
+  told_link_ = std::move(text);
 }
 
 // The whole state in one event: a page shows one instant, not parts of two.
@@ -156,11 +158,14 @@ void BoxConnection::tellState() {
   known_.link_up = true;
   known_.status = optional(status);
   known_.corrections = optional(corrections);
-  const auto told = all["newest_result"].dump() + all["active_results"].dump();
+  // A box that was started anew may have another machine.toml.
+  const auto told =
+      std::to_string(stream_.reconnections()) + all["newest_result"].dump() + all["active_results"].dump();
   tellMachine(std::exchange(told_results_, told) != told);
 }
 
-// The verdict on the machine, whenever it has changed. Results are read anew only when there are others.
+// The verdict on the machine, whenever it has changed. Results and requirements are read anew only when there are other
+// results, or after a reconnection.
 void BoxConnection::tellMachine(bool results_changed) {
   if (results_changed) {
     auto& box = *stream_.box();
@@ -172,7 +177,7 @@ void BoxConnection::tellMachine(bool results_changed) {
   }
   auto text = command::describe(command::judge(known_)).dump();
   if (text == told_machine_) return;
-  events_.put("machine", text);
+  events_.put("machine", text, EventLog::Lasts::until_next);
   const std::lock_guard lock{mutex_};
   told_machine_ = std::move(text);
 }
@@ -180,6 +185,11 @@ void BoxConnection::tellMachine(bool results_changed) {
 std::string BoxConnection::machine() {
   const std::lock_guard lock{mutex_};
   return told_machine_.empty() ? "null" : told_machine_;
+}
+
+std::string BoxConnection::linkState() {
+  const std::lock_guard lock{mutex_};
+  return told_link_.empty() ? "null" : told_link_;
 }
 
 std::string BoxConnection::about() {
@@ -196,7 +206,7 @@ void BoxConnection::Listener::onDescriptor(const messages::Descriptor& descripto
   connection.descriptor_ = descriptor;
   connection.feed_.describe(descriptor);
   auto text = describe(descriptor).dump();
-  connection.events_.put("descriptor", text);
+  connection.events_.put("descriptor", text, EventLog::Lasts::until_next);
   const std::lock_guard lock{connection.mutex_};
   connection.about_ = std::move(text);
 }

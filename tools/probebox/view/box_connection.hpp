@@ -36,11 +36,12 @@ class BoxConnection {
   Answer ask(Question question);
   // The kept samples between two times, as LiveFeed::window.
   Answer window(std::int64_t from_ns, std::int64_t to_ns, std::size_t columns);
-  // {"descriptor", "link", ...} for a page that has just loaded.
+  // The descriptor as it was told last, for a page whose events begin.
   std::string about();
 
-  // The verdict on the machine as it was told last, for the same; "null" before the first.
+  // The verdict on the machine and the state of the link, likewise; "null" before the first.
   std::string machine();
+  std::string linkState();
 
   // Reason why the link ended for good; nothing before that.
   std::optional<Trouble> trouble() const;
@@ -78,14 +79,14 @@ class BoxConnection {
   std::optional<messages::Heartbeat> beat_;
   std::optional<bool> link_up_;
   command::MachineKnown known_;
-  std::string told_results_;  // which results the verdict is about
+  std::string told_results_;  // which results the verdict is about, and over which link they were read
   MonoTime next_samples_{}, next_state_{};
 
   mutable std::mutex mutex_;  // guards what follows
   std::vector<Asked> asked_;
   std::uint64_t questions_{};
   std::string about_;
-  std::string told_machine_;
+  std::string told_machine_, told_link_;
   std::optional<Trouble> trouble_;
   const std::atomic<bool>& interrupted_;
   std::thread thread_;  // last: it uses all of the above

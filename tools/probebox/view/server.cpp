@@ -108,6 +108,8 @@ struct Server::Http {
 
   void declareReading() {
     server.Get("/api/about", [this](const auto&, auto& response) { response.set_content(connection.about(), kJson); });
+    server.Get("/api/link",
+               [this](const auto&, auto& response) { response.set_content(connection.linkState(), kJson); });
     server.Get("/api/machine",
                [this](const auto&, auto& response) { response.set_content(connection.machine(), kJson); });
     server.Get("/api/methods", [](const auto&, auto& response) { response.set_content(methods(), kJson); });

@@ -28,17 +28,31 @@ export function on(kind, listener) {
   return () => listeners.get(kind).delete(listener);
 }
 
+const told = {}; // how often, by kind
 function tell(kind, value) {
+  told[kind] = (told[kind] ?? 0) + 1;
   last[kind] = value;
   for (const listener of listeners.get(kind) ?? []) listener(value);
+}
+
+// What is told only when it changes, anew: its event may have been lost. An event that comes meanwhile is newer.
+async function repair(kind, path) {
+  const before = told[kind];
+  try {
+    const value = await get(path);
+    if (value !== null && last.server && told[kind] === before) tell(kind, value);
+  } catch {
+    setTimeout(() => { if (last.server && told[kind] === before) repair(kind, path); }, 1000);
+  }
 }
 
 export function begin() {
   const events = new EventSource("/api/events");
   for (const kind of ["samples", "state", "trigger", "link", "descriptor", "machine"])
     events.addEventListener(kind, (event) => tell(kind, JSON.parse(event.data)));
-  events.onopen = () => tell("server", true);
+  events.onopen = () => {
+    tell("server", true);
+    for (const [kind, path] of [["machine", "machine"], ["link", "link"], ["descriptor", "about"]]) repair(kind, path);
+  };
   events.onerror = () => tell("server", false);
-  get("machine").then((verdict) => { if (verdict !== null && last.machine === undefined) tell("machine", verdict); }).catch(() => {});
-  get("about").then((descriptor) => { if (descriptor !== null) tell("descriptor", descriptor); }).catch(() => {}); // the events tell it too
 }

@@ -45,15 +45,24 @@ export function machine(main) {
   show(main, h("h2", { class: "hidden" }, "Machine"), answer, h("div", { class: "bar" }, verify, h("a", { href: "#calibrate" }, "Calibrate"), h("span", { class: "small" }, "Verify runs the periodic check; it changes nothing that is in force."), said), below);
   show(answer, sign, h("p", { class: "question" }, "May I cut?"), told);
   let more = null;
-  return on("machine", (verdict) => {
-    answer.className = `answer ${verdict.may_cut}`;
-    show(sign, icon(verdict.may_cut));
-    say(word, verdict.word);
-    say(reason, verdict.reason);
+  function head(may_cut, what, why) {
+    answer.className = `answer ${may_cut}`;
+    show(sign, icon(may_cut));
+    say(word, what);
+    say(reason, why);
+  }
+  function unknown() {
+    head("unknown", "Not known", "probebox view has ended, or this page does not reach it: what is below was true before.");
+    more?.remove();
+    more = null;
+  }
+  const offs = [on("machine", (verdict) => {
+    head(verdict.may_cut, verdict.word, verdict.reason);
     more?.remove();
     more = h("div", { style: "display:contents" }, verdict.cut && h("p", { class: "cut" }, h("b", null, "A cut is on: "), verdict.cut),
       verdict.more.length > 0 && h("details", { open: more?.querySelector("details")?.open }, h("summary", null, verdict.more.length === 1 ? "One more thing" : `${verdict.more.length} more things`), h("ul", null, verdict.more.map((one) => h("li", null, one)))));
     answer.append(more);
     show(below, h("div", { class: "tiles" }, verdict.tiles.map(tile)), inForce(verdict.tiles));
-  });
+  }), on("server", (up) => { if (!up) unknown(); })]; // once it is back, box.js asks for the verdict
+  return () => { for (const off of offs) off(); };
 }
