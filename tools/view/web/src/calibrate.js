@@ -35,7 +35,7 @@ export function calibrate(main) {
   const list = h("div"), detail = h("section", { class: "panel", "aria-live": "off" });
   const outcome = h("section", { class: "panel hidden", "aria-live": "polite", "aria-label": "Outcome" });
   const choice = h("div", { class: "columns" }, h("nav", { class: "panel", "aria-label": "Methods" }, list), detail);
-  const running = runScreen({ titleOf: (name) => methods.find((one) => one.name === name)?.title ?? name, duration: () => plan?.duration_s });
+  const running = runScreen({ titleOf: (name) => methods.find((one) => one.name === name)?.title ?? name, duration: (name) => (plan?.method === name ? plan.duration_s : undefined) });
   show(main, h("h2", { class: "hidden" }, "Calibrate"), running.section, outcome, choice);
 
   async function begin(body, refusal, button) {

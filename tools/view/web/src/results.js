@@ -18,11 +18,11 @@ export function results(main) {
   // Two results can be compared where they are about the same.
   const partner = (one) => pair.length === 0 || pair.includes(one.id) || all.find((other) => other.id === pair[0])?.subject === one.subject;
   function row(one) {
-    const [kind] = one.state === "refused" ? ["stop"] : keeping(one.decisive);
+    const [kind, word] = keeping(one.decisive);
     return h("tr", { class: one.id === chosen ? "chosen" : null },
       h("td", null, one.decisive && h("input", { type: "checkbox", "aria-label": `compare result ${one.id}`, title: partner(one) ? "Tick two to compare them" : "about something else: it cannot be compared", disabled: !partner(one), checked: pair.includes(one.id), onchange: (event) => mark(one.id, event.target.checked) })),
       h("td", null, h("button", { class: "plain", "aria-current": one.id === chosen ? "true" : null, onclick: () => choose(one.id) }, `${one.id}`)),
-      h("td", { class: "value" }, one.decisive ? named(one.decisive, one.decisive.limit !== null && [" ", state(kind, "")]) : "refused"), cell(one.standing), h("td", { class: "narrow number" }, day(one.proposed_utc).slice(0, 10)));
+      h("td", { class: "value" }, one.decisive ? named(one.decisive, one.decisive.limit !== null && [" ", state(kind, h("span", { class: "hidden" }, word))]) : one.state === "refused" ? "refused" : "no value with an uncertainty"), cell(one.standing), h("td", { class: "narrow number" }, day(one.proposed_utc).slice(0, 10)));
   }
   function subject([title, some]) {
     const shown = whole.has(title) ? some : some.slice(0, FEW), newest = some.find((one) => one.state === "active") ?? some[0];
@@ -41,7 +41,15 @@ export function results(main) {
     if (pair.length === 2) compare();
   }
   async function compare() {
-    const [one, other] = await Promise.all([...pair].sort((a, b) => b - a).map((id) => get("result", { id })));
+    const asked = [...pair].sort((a, b) => b - a);
+    let both;
+    try {
+      both = await Promise.all(asked.map((id) => get("result", { id })));
+    } catch (error) {
+      return show(detail, h("p", { class: "verdict failed" }, error.message));
+    }
+    if (asked.some((id) => !pair.includes(id))) return; // others were ticked meanwhile
+    const [one, other] = both;
     const rows = (one.quantities ?? []).map((q) => {
       const same = other.quantities?.find((candidate) => candidate.key === q.key);
       const sd = same && q.sd !== null && same.sd !== null ? Math.hypot(q.sd, same.sd) : 0;

@@ -11,9 +11,9 @@ const READINGS = 8; // the newest
 const sentence = (text) => (text.charAt(0).toUpperCase() + text.slice(1)).replace(/(^|\s)-(?=[XYZABC\d])/g, "$1\u2212");
 const sigma = (ns) => (ns < 1000 ? `${Math.round(ns)} ns` : `${(ns / 1000).toPrecision(2)} µs`);
 
-// titleOf: of a method by its name. duration: forecast of it in s, or undefined.
+// titleOf: of a method by its name. duration: forecast of that method in s, or undefined.
 export function runScreen({ titleOf, duration }) {
-  let run = 0, step = 0, drawn = "", began = 0, taken = [];
+  let run = 0, step = 0, first = 0, drawn = "", began = 0, taken = [];
   const picture = h("div", { class: "picture" }), prompt = h("p", { class: "prompt", role: "status" }), count = h("span", { class: "count" }), left = h("span", { class: "small" });
   const title = h("h2"), said = h("p", { role: "alert", class: "said" }), readings = h("div", { class: "full" });
   const meter = h("progress", { max: 1, value: 0, "aria-label": "Steps done" });
@@ -35,7 +35,7 @@ export function runScreen({ titleOf, duration }) {
     const appears = going && section.classList.contains("hidden");
     section.classList.toggle("hidden", !going);
     if (!going) return;
-    if (p.run !== run) { run = p.run; taken = []; began = performance.now(); drawReadings(); }
+    if (p.run !== run) { run = p.run; first = p.step; taken = []; began = performance.now(); drawReadings(); }
     if (appears) scrollTo(0, 0);
     step = p.step;
     say(title, titleOf(p.method));
@@ -43,8 +43,9 @@ export function runScreen({ titleOf, duration }) {
     say(count, p.state === "solving" ? `all ${p.steps} steps are done` : `step ${p.step + 1} of ${p.steps}`);
     meter.value = p.steps > 0 ? (p.state === "solving" ? 1 : p.step / p.steps) : 0;
     const passed = (performance.now() - began) * 1e-3;
-    const total = p.step > 2 ? (passed / p.step) * p.steps : duration();
-    say(left, total && p.state !== "solving" ? `about ${time(Math.max(0, total - passed))} left` : "");
+    const seen = p.step - first, whole = duration(p.method); // a page may have been opened in the middle of the run
+    const each = seen > 2 ? passed / seen : whole && whole / p.steps;
+    say(left, each && p.state !== "solving" ? `about ${time(Math.max(0, each * (p.steps - first) - passed))} left` : "");
     const key = JSON.stringify([p.step, p.run]);
     if (key !== drawn) { drawn = key; show(picture, stepPicture(p)); }
   }

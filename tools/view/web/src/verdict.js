@@ -14,7 +14,7 @@ export function decision(result) {
   const [kind, word] = keeping(decisive);
   const warned = kind !== "stop" && (result.warnings ?? []).length > 0;
   return h("div", { class: `decision ${warned ? "check" : kind}` }, state(warned ? "check" : kind, warned ? "With a warning" : word), h("span", { class: "value" }, decisive.text),
-    h("span", { class: "small" }, decisive.limit === null ? "A limit is stated in machine.toml: [[requirement]] with this subject." : `${decisive.limit_text}; ${Math.round(100 * decisive.ratio)} % of it with U`));
+    h("span", { class: "small" }, decisive.limit === null ? "A limit is stated in machine.toml: [[requirement]] with this subject." : decisive.ratio === null ? `${decisive.limit_text}; U is not known` : `${decisive.limit_text}; ${Math.round(100 * decisive.ratio)} % of it with U`));
 }
 
 export function quantities(result) {
