@@ -3,7 +3,8 @@
 #include <string_view>
 #include <vector>
 
-#include "tools/probebox/screen/watch_page.hpp"
+#include "tools/probebox/screen/span.hpp"
+#include "tools/probebox/text/machine_verdict.hpp"
 
 namespace probebox::command {
 

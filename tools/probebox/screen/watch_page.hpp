@@ -8,27 +8,11 @@
 #include "protocol/messages/handshake.hpp"
 #include "protocol/messages/stream.hpp"
 #include "tools/probebox/screen/peak_history.hpp"
+#include "tools/probebox/screen/span.hpp"
 #include "tools/probebox/text/machine_verdict.hpp"
 #include "tools/probebox/text/sample_tally.hpp"
 
 namespace probebox::command {
-
-enum class Style { plain, soft, strong, good, warned, bad, bar };
-
-// Text on the screen. It is cut at the right edge.
-struct Span {
-  std::size_t row{};
-  std::size_t column{};
-  std::string text;
-  Style style{Style::plain};
-};
-
-struct ScreenSize {
-  std::size_t rows{};
-  std::size_t columns{};
-  // The page needs 24 rows of 80 columns.
-  bool fits() const { return rows >= 24 && columns >= 80; }
-};
 
 // Everything that `watch` shows. Empty fields have not been received yet.
 struct WatchState {
