@@ -99,6 +99,7 @@ def test(room, board):
     mounted = []
 
     def clamped(said):
+        assert "BALL" in said, said
         mounted.append(int(said.split("MOUNT ")[1][0]))
         subprocess.run(["halcmd", "setp", "emulated-machine.mount", str(mounted[-1])], check=True)
 

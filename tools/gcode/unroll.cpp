@@ -282,7 +282,10 @@ class Unroller {
     if (!started_ || step.touch.tool != tool_) takeUp(step, place_mm);
     if (step.touch.mount != mount_ && step.touch.mount > 1) {
       const std::string number = std::to_string(step.touch.mount);
-      blocks_.push_back(Stop{"PUT THE PLATE INTO MOUNT " + number, "MOUNT " + number + ": PUT PLATE IN"});
+      blocks_.push_back(
+          plan_.method->clamps_further_out
+              ? Stop{"CLAMP THE BALL FURTHER OUT: MOUNT " + number, "MOUNT " + number + ": BALL FURTHER OUT"}
+              : Stop{"PUT THE PLATE INTO MOUNT " + number, "MOUNT " + number + ": PUT PLATE IN"});
     }
     mount_ = step.touch.mount;
     if (step.turns && (turns_anew_ || step.touch.rotary_angles_rad != angles_rad_))

@@ -4,6 +4,7 @@
 
 #include "firmware/procedure/dataset/ball_readings.hpp"
 #include "firmware/procedure/methods/methods.hpp"
+#include "firmware/procedure/plan/plan.hpp"
 
 namespace probebox::procedure {
 namespace {
@@ -46,6 +47,7 @@ constinit const LiveMethod kCentrelineX{
         "too), and the same with the ball clamped further out, 10 mm or more (`--mounts 1` for the place of the axis "
         "without its slope), at 15 mm/s",
     .finds_a_place = true,
+    .clamps_further_out = true,
     .feature = Feature::part_ball,
     .sides = kSphereSides,
     .poses = kClampings,

@@ -79,8 +79,9 @@ struct LiveMethod {
   std::string_view steps_about_b{};   // with --axis B; empty: the method measures no rotary axis of choice
   std::span<const Fact* const> needs{};
   std::span<const Fact* const> needs_about_b{};  // further ones with --axis B
-  bool finds_a_place{};   // the result is a machine position: needs the delay in force and referenced axes
-  bool calibrates{true};  // false: the findings cannot come into force
+  bool finds_a_place{};       // the result is a machine position: needs the delay in force and referenced axes
+  bool calibrates{true};      // false: the findings cannot come into force
+  bool clamps_further_out{};  // a further mount is that of one ball, by hand, and no other place of a plate
 
   Feature feature{};
   Kind kind{};

@@ -116,7 +116,7 @@ std::string promptFor(const Plan& plan, std::size_t step) {
   std::string text = "touch " + ofAll(plan, step);
   if (wanted.turns) {
     const auto& angles = wanted.touch.rotary_angles_rad;
-    text += mountPrompt(wanted.touch);
+    text += mountPrompt(wanted.touch, plan.method->clamps_further_out);
     if (wanted.touch.tool != 0 && wanted.feature != Feature::tool_setter)
       text += "tool " + std::to_string(wanted.touch.tool) + ", ";
     if (wanted.b_moves == BMoves::head) text += "the head at B " + number(degrees(angles[1])) + " deg, ";

@@ -17,8 +17,10 @@ std::size_t axisAlong(const std::array<double, 3>& direction) {
   return static_cast<std::size_t>(along - direction.begin());
 }
 
-std::string mountPrompt(const capture::TouchRequest& touch) {
-  return touch.mount > 1 ? "the balls in mount " + std::to_string(touch.mount) + ", " : "";
+std::string mountPrompt(const capture::TouchRequest& touch, bool clamps_further_out) {
+  if (touch.mount <= 1) return {};
+  const std::string mount = "mount " + std::to_string(touch.mount) + ", ";
+  return clamps_further_out ? "the ball clamped further out, in " + mount : "the balls in " + mount;
 }
 
 std::string preTravelCommand(std::uint32_t tool) {

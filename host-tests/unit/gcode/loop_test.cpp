@@ -99,6 +99,14 @@ TEST(LoopText, RefusesNumbersWhosePlacesBelongToOthers) {
                                                                 testing::ContainsRegex(R"(PBL_N\[[0-9]+\]<=9 GOTO)")));
 }
 
+TEST(LoopText, StopsForABallOfALatheInOtherWordsThanForAPlate) {
+  for (const char* dialect : {"fanuc", "siemens"}) {
+    EXPECT_THAT(*loopProgram(dialect, "XYZABC"),
+                testing::AllOf(HasSubstr("BALL FURTHER OUT"), HasSubstr("BALL AS AT FIRST"), HasSubstr("PUT PLATE IN")))
+        << dialect;
+  }
+}
+
 TEST(LoopText, DefinesEachNameOnceForSiemens) {
   const auto text = *loopProgram("siemens", "XYZABC");
   EXPECT_THAT(saidIn(text), HasSubstr("EXTERN PROBEBOX REAL, REAL, REAL, REAL, REAL, REAL"));

@@ -416,6 +416,12 @@ TEST(Safety, SaysThatItIsForMachiningCentres) {
   }
 }
 
+TEST(Safety, StopsForTheBallThatIsClampedFurtherOut) {
+  const auto messages = interpret(written({&procedure::kCentrelineX, {}}, haas(), Marks::stops)).messages;
+  EXPECT_THAT(messages, testing::Contains(HasSubstr("BALL FURTHER OUT")));
+  EXPECT_THAT(messages, testing::Not(testing::Contains(HasSubstr("PLATE"))));
+}
+
 // Its screen cuts them.
 TEST(Safety, TellsMessagesOfAHaasApartByTheirFirst15Characters) {
   std::vector<std::string> texts{written(cases()[0], haas(), Marks::stops)};

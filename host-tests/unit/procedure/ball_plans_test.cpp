@@ -335,6 +335,13 @@ TEST(BallPlans, ReadBallsAtTheirStationsInEveryMount) {
   EXPECT_THAT(refusal(kCentreline, {.mounts = 2}), testing::AllOf(HasSubstr("stations"), HasSubstr("mounts")));
 }
 
+TEST(BallPlans, ToldOfAClampingSayThatTheBallGoesFurtherOut) {
+  const auto plan = std::make_unique<Plan>();
+  fill(*plan, kCentrelineX, {.angles = 2, .mounts = 2});
+  EXPECT_THAT(promptFor(*plan, 0), testing::Not(HasSubstr("further out")));
+  EXPECT_THAT(promptFor(*plan, plan->step_count - 1), HasSubstr("ball clamped further out, in mount 2"));
+}
+
 // Instead of a run whose result could not come into force.
 TEST(BallPlans, AreRefusedWhereTheCorrectionCannotInterpolateTheAngles) {
   const LiveMethod& method = kRotaryAxisErrors;
