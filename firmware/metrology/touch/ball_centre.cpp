@@ -105,7 +105,7 @@ Outcome<Fit, Refusal> fitInPlane(const Rows3& points, double sigma) {
                       return model;
                     },
                     at));
-  // As of a sphere: X Y Z and the radius, with nothing unknown of Y.
+  // The parameters are those of a sphere, X Y Z and the radius, with nothing unknown of Y.
   Fit whole = fit;
   whole.parameters =
       Eigen::Vector4d{fit.parameters[0], points.col(kAlong).mean(), fit.parameters[1], fit.parameters[2]};
@@ -118,16 +118,8 @@ Outcome<Fit, Refusal> fitInPlane(const Rows3& points, double sigma) {
   return whole;
 }
 
-// Whether no touch of a reading was to be along Y.
-bool inPlane(const std::vector<Touch>& touches, const std::vector<std::size_t>& reading_of_touch, std::size_t reading) {
-  for (std::size_t i = 0; i < touches.size(); ++i) {
-    if (reading_of_touch[i] == reading && touches[i].plan.normal.y() != 0.0) return false;
-  }
-  return true;
-}
-
 Outcome<Reading, Refusal> fitReading(const Usable& touches, const PooledNoise& noise, std::size_t reading,
-                                     const Eigen::Vector3d& tau, bool in_plane) {
+                                     const Eigen::Vector3d& tau, Plane plane) {
   std::vector<Eigen::Vector3d> points;
   double variance = 0.0;
   for (std::size_t i = 0; i < touches.retracts.size(); ++i) {
@@ -139,7 +131,7 @@ Outcome<Reading, Refusal> fitReading(const Usable& touches, const PooledNoise& n
   Rows3 rows{static_cast<Eigen::Index>(points.size()), 3};
   for (std::size_t i = 0; i < points.size(); ++i) rows.row(static_cast<Eigen::Index>(i)) = points[i].transpose();
   const double sigma = std::sqrt(variance / static_cast<double>(std::max<std::size_t>(points.size(), 1)));
-  TRY(const auto fit, in_plane ? fitInPlane(rows, sigma) : fitSphere(rows, {.sigma = sigma}));
+  TRY(const auto fit, plane == Plane::xz ? fitInPlane(rows, sigma) : fitSphere(rows, {.sigma = sigma}));
   return Reading{{.centre_mm = fit.parameters.head<3>(),
                   .sd_mm = fit.cofactor.diagonal().head<3>().cwiseSqrt(),
                   .radius_mm = fit.parameters[3]},
@@ -157,7 +149,7 @@ Refusal about(std::size_t reading, const Refusal& refusal, const Usable& touches
 }  // namespace
 
 Outcome<BallCentres, Refusal> ballCentres(const Dataset& dataset, const std::vector<std::size_t>& reading_of_touch,
-                                          const std::array<double, 3>& tau_s) {
+                                          const std::array<double, 3>& tau_s, Plane plane) {
   TRY(const auto touches, readTouches(dataset));
   if (reading_of_touch.size() != touches.size())
     return Refusal{"ragged-table", "every touch needs the number of its reading"};
@@ -177,7 +169,7 @@ Outcome<BallCentres, Refusal> ballCentres(const Dataset& dataset, const std::vec
   std::size_t count = 0;
   for (const auto reading : reading_of_touch) count = std::max(count, reading + 1);
   for (std::size_t reading = 0; reading < count; ++reading) {
-    const auto fitted = fitReading(all, noise, reading, tau, inPlane(touches, reading_of_touch, reading));
+    const auto fitted = fitReading(all, noise, reading, tau, plane);
     if (!fitted) return about(reading, fitted.error(), all);
     centres.readings.push_back(fitted->ball);
     sum_of_squares += fitted->sum_of_squares;

@@ -2,6 +2,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "firmware/metrology/dataset/dataset.hpp"
@@ -33,13 +34,16 @@ struct BallCentres {
   std::vector<Dropped> dropped;  // touches dropped because of their own data
 };
 
+// Where the touches of a reading are: around the ball, or on a lathe of X and Z in one plane across Y.
+enum class Plane : std::uint8_t { none, xz };
+
 // Computes the centre of the touched ball for each reading, corrected by the system delay: P = M + T v (A2), then a
-// sphere with free radius (B.0); of touches none of which is along Y, the circle in their plane, with Y where they were
-// and no sd of it. Tables machine, probe, touches; reading_of_touch: one per touch, from 0 without gaps,
+// sphere with free radius (B.0); with Plane::xz the circle in that plane, with Y where the touches were and no sd of
+// it. Tables machine, probe, touches; reading_of_touch: one per touch, from 0 without gaps,
 // or kAlone. tau_s: X Y Z. A common delay error changes the radius, not the centre. sd: from the pooled residuals of
 // the samples (A8), widened when the touches scatter more. Refuses what readTouches, fitRetract and fitSphere refuse,
 // naming the reading.
 Outcome<BallCentres, Refusal> ballCentres(const Dataset& touches, const std::vector<std::size_t>& reading_of_touch,
-                                          const std::array<double, 3>& tau_s);
+                                          const std::array<double, 3>& tau_s, Plane plane = Plane::none);
 
 }  // namespace probebox::metrology

@@ -107,10 +107,11 @@ BallReadings placed(std::vector<Reading> readings, const metrology::BallCentres&
   return found;
 }
 
-Outcome<BallReadings, metrology::Refusal> readingsOf(const metrology::Dataset& touches,
-                                                     const capture::Recording& recording) {
+Outcome<BallReadings, metrology::Refusal> readingsOf(const metrology::Dataset& touches, const FinishedRun& run) {
+  const auto& recording = run.recording;
   auto posed = posedOf(recording);
-  TRY(const auto centres, metrology::ballCentres(touches, posed.reading_of_touch, recording.delay().tau_s));
+  const auto plane = run.facts.has_y ? metrology::Plane::none : metrology::Plane::xz;
+  TRY(const auto centres, metrology::ballCentres(touches, posed.reading_of_touch, recording.delay().tau_s, plane));
   return placed(std::move(posed.readings), centres, recording);
 }
 
@@ -190,7 +191,7 @@ std::optional<metrology::Refusal> addReadings(RunDataset& built, const FinishedR
   }
   dataset.config["delay_result"] = static_cast<double>(delay.result_id);
   dataset.config["previous_tau_axis_s"] = std::vector<double>{delay.tau_s.begin(), delay.tau_s.end()};
-  TRY(auto found, readingsOf(dataset, run.recording));
+  TRY(auto found, readingsOf(dataset, run));
   return addFound(built, found, run, tables);
 }
 

@@ -74,6 +74,24 @@ TEST(BallCentres, HaveTheUncertaintyThatTheyState) {
   EXPECT_LT(std::abs(across.bias()), 4);
 }
 
+// Without a touch along Y nothing tells it: only a machine that has none is content with the circle.
+TEST(BallCentres, AreOfACircleOnlyWhereTheMachineHasNoY) {
+  std::mt19937_64 random{9};
+  Scene ball = still(random);
+  const Eigen::Vector3d along_x{1, 0, 0}, along_z{0, 0, 1};
+  ball.normals = {along_x, -along_x, along_z, (along_x + along_z).normalized()};
+  ball.speeds_mm_s = {15};
+  const std::vector<std::size_t> one_reading(ball.normals.size(), 0);
+  const auto touches = measure(ball, random);
+  const auto of_three_axes = ballCentres(touches, one_reading, shared(ball.tau()));
+  ASSERT_FALSE(of_three_axes);
+  EXPECT_EQ(of_three_axes.error().name, "coplanar");
+  const auto flat = ballCentres(touches, one_reading, shared(ball.tau()), Plane::xz);
+  ASSERT_TRUE(flat) << flat.error().reason;
+  EXPECT_LT((flat->readings[0].centre_mm - ball.centre_mm).norm(), 1e-6);
+  EXPECT_EQ(flat->readings[0].sd_mm.y(), 0);
+}
+
 TEST(BallCentres, NameTheReadingThatLacksTouches) {
   std::mt19937_64 random{8};
   const Scene ball = scene();
