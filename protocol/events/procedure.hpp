@@ -98,7 +98,9 @@ struct ProcedureOptions {
           "1: touch with the shank of the stylus in the place of a second tool, for a-axis-alignment and swivel-error");
     field("stations", self.stations,
           "at how many places the balls of the plate are read, for rotary-axis-errors; 0: all balls at every angle");
-    field("mounts", self.mounts, "in how many mounts the plate is read, for rotary-axis-errors; 0: in one");
+    field("mounts", self.mounts,
+          "in how many mounts the plate is read, for rotary-axis-errors, or in how many clampings the ball, for "
+          "centreline-x; 0: the method's own");
     field("contacts", self.contacts,
           "1: C turns until the ball touches the stylus on either side, before everything else, for "
           "centreline-by-steps");

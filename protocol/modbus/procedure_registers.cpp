@@ -119,7 +119,9 @@ constexpr std::array kProcedureRegisters = std::to_array<Register>({
     {address::request_stations, "request: stations", u16, 1, "", write,
      "places at which the balls of a plate are read"},
     {address::request_mounts, "request: mounts", u16, 1, "", write,
-     "number of mounts in which the plate is measured on the table"},
+     "number of mounts in which the plate is measured on the table, or of clampings of the ball of centreline-x; 0: "
+     "the "
+     "method's own"},
     {address::request_contacts, "request: contacts", u16, 1, "", write,
      "1: C turns until the ball touches the stylus on either side, before everything else"},
     {address::request_of, "request: run or result", u32, 1, "", write,

@@ -217,8 +217,11 @@ class RunCommands {
         ->check(positive())
         ->type_name("NUMBER");
     calibrate
-        ->add_option("--mounts", calibrate_.mounts,
-                     "number of mounts in which the ball plate is read, up to 4; for " + methods_.mounts)
+        ->add_option(
+            "--mounts", calibrate_.mounts,
+            "number of mounts in which the ball plate is read, or of clampings of the ball of centreline-x, up to "
+            "4; default: the method's own; for " +
+                methods_.mounts)
         ->check(CLI::Range(1, 4))
         ->type_name("NUMBER");
     calibrate
