@@ -383,6 +383,13 @@ Outcome<std::optional<MatrixXd>, Refusal> accepted(const Dataset& dataset, std::
   return std::optional{places};
 }
 
+// Of two places, or of two links, in x and y and for places z; without Y where nothing told it.
+double apart(Eigen::RowVectorXd now, const Eigen::RowVectorXd& then, bool flat) {
+  now -= then;
+  if (flat) now[1] = 0;
+  return now.norm();
+}
+
 std::optional<Refusal> moved(const Dataset& dataset, const Device& device, const Found& found) {
   TRY(const auto limit, configPositive(dataset, "setter_limit_mm"));
   // Three numbers alone are the place at the first B.
@@ -397,7 +404,7 @@ std::optional<Refusal> moved(const Dataset& dataset, const Device& device, const
   const auto compare = [&](const MatrixXd& now, const MatrixXd& then, const std::string& from) {
     std::optional<Refusal> refusal;
     for (Index k = 0; k < then.rows() && !refusal; ++k) {
-      const double off = (now.row(k) - then.row(k)).norm();
+      const double off = apart(now.row(k), then.row(k), isFlat(device));
       if (off <= *limit) continue;
       refusal =
           Refusal{"setter-moved", "the setting device" + device.at(static_cast<std::size_t>(k)) + " lies " + text(off) +

@@ -56,6 +56,30 @@ TEST(ToolSetter, AddsTheUncertaintyOfTheProbeAndNoticesAMovedDevice) {
   EXPECT_EQ(refusalOf(dataset), "");
 }
 
+// accepted_mm of machine.toml has the Y at which the device stands, and the readings have none.
+TEST(ToolSetter, NoticesAMovedDeviceInThePlaneOfALathe) {
+  std::mt19937_64 random{5};
+  const Setter setter;
+  Dataset dataset = faceDataset(setter, 0.0, random);
+  const std::vector<double> along_y = *dataset.table("touches")->column("ny");
+  keepRows(dataset.tables.front(), [&](std::size_t row) { return along_y[row] == 0; });
+  dataset.config["sigma_mm"] = 0.001;
+  dataset.config["machine_axes"] = std::string{"XZ"};
+  dataset.config["centreline_mm"] = std::vector<double>{-1, 0};
+  dataset.config["accepted_setter_mm"] = std::vector<double>{-193.0, 23.0, 17.05};
+  dataset.config["accepted_link_mm"] = std::vector<double>{-192.05, 23.0};
+  dataset.config["setter_limit_mm"] = 0.06;
+  ASSERT_EQ(refusalOf(dataset), "");
+  const auto solved = solve(dataset);
+  EXPECT_NEAR(solved->find("setter_x_mm")->value(), -193, 1e-9);
+  dataset.config["setter_limit_mm"] = 0.04;
+  EXPECT_EQ(refusalOf(dataset), "setter-moved");
+  dataset.config["accepted_setter_mm"] = std::vector<double>{-193.0, 23.0, 17.0};
+  EXPECT_EQ(refusalOf(dataset), "setter-moved") << "by the link";
+  dataset.config["accepted_link_mm"] = std::vector<double>{-192, 23.0};
+  EXPECT_EQ(refusalOf(dataset), "");
+}
+
 TEST(ToolSetter, TakesHalfWidthsAndRadiiOffFaceByFace) {
   std::mt19937_64 random{23};
   Moments tool;
