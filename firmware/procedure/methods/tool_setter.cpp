@@ -200,7 +200,8 @@ Outcome<ProcedureOptions> setterOptions(ProcedureOptions options, const Facts& f
   if (!setter || setter->swivels_rad.size() < 2 || !facts.swivel_head) return options;
   if (options.faces == 0) {
     return Error{"Where the head swivels, a tool reaches one face an axis: give the [[tool]] with number " +
-                 std::to_string(options.tool) + " its faces in machine.toml, such as [\"+X\", \"+Y\", \"+Z\"]."};
+                 std::to_string(options.tool) + " its faces in machine.toml, such as " +
+                 (facts.has_y ? R"(["+X", "+Y", "+Z"])" : R"(["+X", "+Z"])") + "."};
   }
   options.b_count = static_cast<std::uint8_t>(setter->swivels_rad.size());
   std::ranges::copy(setter->swivels_rad, options.b_angles_rad.begin());

@@ -69,6 +69,21 @@ TEST(SetterPlan, NeedsADeviceADelayAndAKnownTool) {
   EXPECT_EQ(kCentreline.why_unfit, nullptr) << "the method measures no tool";
 }
 
+// Which faces an axis it asks for, where the head swivels.
+TEST(SetterPlan, AsksALatheWithoutYForNoFaceAlongIt) {
+  Facts facts;
+  facts.tool_setter.emplace().swivels_rad = {0, 1};
+  facts.swivel_head.emplace();
+  facts.tools = {{.number = 4}};
+  for (const bool has_y : {true, false}) {
+    facts.has_y = has_y;
+    const auto options = kToolSetter.described({.tool = 4}, facts);
+    ASSERT_FALSE(options);
+    EXPECT_THAT(options.error().what, HasSubstr("+X"));
+    EXPECT_EQ(options.error().what.find("+Y") != std::string::npos, has_y);
+  }
+}
+
 TEST(AssemblyPlan, TouchesWithTheToolAlone) {
   const auto plan = planned({.tool = 7}, kToolAssembly);
   ASSERT_EQ(plan->step_count, 18U);
