@@ -175,7 +175,7 @@ Outcome<Fit, Refusal> fitAxis(const AxisReadings& all, const Unknowns& unknowns,
   return linearLeastSquares(design, values);
 }
 
-// Of angles a degree apart the fit itself says so, in general words.
+// Refuses angles of C that hardly tell the arm. The fit itself refuses angles a degree apart, in general words.
 Outcome<Fit, Refusal> fitKnownAxis(const AxisReadings& all, const Unknowns& unknowns, const RotationNoise& noise) {
   auto fit = fitAxis(all, unknowns, noise);
   if (!fit && fit.error().name != "ill-conditioned") return fit;

@@ -13,8 +13,8 @@ namespace probebox::metrology {
 // them alone, and need no more. Table readings{z_mm,C_rad,x_mm}, X in radius, with ball (rows of one ball or one
 // clamping; without it rows of one height are those of one ball) and stop (kStop) where they are known. Config:
 // sigma_mm, sigma_C_rad, C_sense. Gives centre_x_mm at mean_z_mm and, from two heights on, C_tilt_x_rad. Refuses:
-// too-few-readings, angles-too-close (a ball at one angle; or the axis 20 times less certain than a reading),
-// span-too-small (several balls within 10 mm of height), and what linearLeastSquares refuses.
+// too-few-readings, angles-too-close (a ball at one angle; or the axis 20 times less certain than the mean of the
+// readings), span-too-small (several balls within 10 mm of height), and what linearLeastSquares refuses.
 Outcome<Result, Refusal> solveCentrelineX(const Dataset& dataset);
 
 namespace quantity {
