@@ -37,7 +37,7 @@ std::optional<procedure::ScrewFace> faceOf(const store::Record& record) {
       .result_id = record.id, .sector_um = table->values, .sd_um = largestSd(*table, table->values.size())};
 }
 
-// Of a lathe of X and Z, whose Y counts as 0.
+// Turning axis of a lathe of X and Z, whose Y counts as 0.
 std::optional<procedure::TurningAxis> turningAxisInX(const store::Record& record) {
   const auto* centre = record.result()->find(quantity::kCentreX.key);
   if (centre == nullptr) return std::nullopt;
@@ -102,6 +102,25 @@ std::array<std::optional<procedure::AcceptedValue>, 3> tablePivotOf(const metrol
   return pivot;
 }
 
+// Place of the tool setter. A lathe of X and Z measures the two, each under a key of its own.
+void addSetter(const store::Record& record, MeasuredFacts& facts) {
+  const auto* setter = record.result()->find(quantity::kSetter.key);
+  if (setter != nullptr && setter->values.size() >= 3) {
+    facts.setter_result = record.id;
+    facts.setter_mm = {setter->values[0], setter->values[1], setter->values[2]};
+    facts.sd_setter_mm = largestSd(*setter, 3);
+    facts.setter_tells_y = true;
+    return;
+  }
+  const auto* x = record.result()->find(quantity::kSetterX.key);
+  const auto* z = record.result()->find(quantity::kSetterZ.key);
+  if (x == nullptr || z == nullptr) return;
+  facts.setter_result = record.id;
+  facts.setter_mm = {x->value(), 0, z->value()};
+  facts.sd_setter_mm = std::max(largestSd(*x, 1), largestSd(*z, 1));
+  facts.setter_tells_y = false;
+}
+
 // The largest of the axes, with its uncertainty.
 std::vector<procedure::MeasuredError> machineErrorsOf(const metrology::Result& result) {
   std::vector<procedure::MeasuredError> found;
@@ -163,12 +182,7 @@ void addFacts(const store::Record& record, MeasuredFacts& facts) {
   if (isAbout(record.binding.subject, SubjectKind::pre_travel)) {
     if (const auto found = preTravelOf(record)) facts.pre_travels.push_back(*found);
   }
-  if (!isAbout(record.binding.subject, SubjectKind::setter)) return;
-  const auto* setter = result->find(quantity::kSetter.key);
-  if (setter == nullptr || setter->values.size() < 3) return;
-  facts.setter_result = record.id;
-  facts.setter_mm = {setter->values[0], setter->values[1], setter->values[2]};
-  facts.sd_setter_mm = largestSd(*setter, 3);
+  if (isAbout(record.binding.subject, SubjectKind::setter)) addSetter(record, facts);
 }
 
 std::vector<ValueInUse> valuesInUse(const procedure::Facts& described, std::span<const InForceAbout> in_force) {

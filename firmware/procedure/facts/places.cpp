@@ -100,14 +100,17 @@ void takeBall(Table& table, CheckedBall& ball, const MeasuredPlaces& measured) {
 
 void takeSetter(Table& table, ToolSetter& setter, const MeasuredPlaces& measured) {
   if (!measured.setter_mm) return;
+  auto at_mm = *measured.setter_mm;
+  if (!measured.setter_tells_y) at_mm[1] = setter.accepted_mm ? (*setter.accepted_mm)[1] : 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (axis == 1 && !measured.setter_tells_y) continue;
     const auto typed = setter.accepted_mm
                            ? std::optional{Known{kTyped, (*setter.accepted_mm)[axis], setter.sd_accepted_mm}}
                            : std::nullopt;
-    const Known by_result{resultNumbered(measured.setter_result), (*measured.setter_mm)[axis], measured.sd_setter_mm};
+    const Known by_result{resultNumbered(measured.setter_result), at_mm[axis], measured.sd_setter_mm};
     table.add(std::string{"setter "} + "XYZ"[axis], typed, by_result);
   }
-  setter.accepted_mm = measured.setter_mm;
+  setter.accepted_mm = at_mm;
   setter.sd_accepted_mm = measured.sd_setter_mm;
 }
 

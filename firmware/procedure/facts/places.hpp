@@ -45,6 +45,7 @@ struct MeasuredPlaces {
   std::optional<AcceptedValue> ball_z{};                // centre of the checked ball at C = 0 and B = 0
   std::uint64_t check_result{}, setter_result{};
   std::optional<std::array<double, 3>> setter_mm{};  // at the first B that was read
+  bool setter_tells_y{true};                         // false: of a lathe of X and Z, whose Y stays as it is typed
   double sd_setter_mm{};                             // largest of its coordinates, k = 1; 0: not stated
   std::vector<MeasuredStylus> styli{};
   std::optional<std::array<double, 2>> spindle_tilt_rad{};  // of the spindle's axis to X and to Y

@@ -42,6 +42,19 @@ TEST(Places, TakeTheMeasuredOffsetOfTheStylus) {
   EXPECT_FALSE(disagreement(*rowOf(table, "stylus-offset-1 Y"))) << "both say the same";
 }
 
+TEST(Places, KeepYOfASetterThatALatheWithoutYMeasured) {
+  Facts facts = described();
+  facts.tool_setter->accepted_mm = {160, 0.5, -60};
+  const MeasuredPlaces measured{.setter_result = 9, .setter_mm = {{161, 0, -61}}, .setter_tells_y = false};
+  const auto table = takeMeasured(facts, measured);
+  EXPECT_EQ(facts.tool_setter->accepted_mm, (std::array{161.0, 0.5, -61.0}));
+  EXPECT_NE(rowOf(table, "setter Z"), nullptr);
+  EXPECT_EQ(rowOf(table, "setter Y"), nullptr) << "nothing measured it";
+  facts = described();
+  takeMeasured(facts, measured);
+  EXPECT_EQ(facts.tool_setter->accepted_mm, (std::array{161.0, 0.0, -61.0})) << "no place is typed";
+}
+
 // The head's reference is 150 mm above the tip.
 TEST(Places, CountAStylusFromTheReferenceOfTheHeadWhereTheTiltOfTheSpindleIsKnown) {
   Facts facts = described();

@@ -5,6 +5,7 @@
 #include "firmware/app/results/result_values.hpp"
 #include "firmware/app/results/results_in_force.hpp"
 #include "firmware/app/results/values_in_use.hpp"
+#include "firmware/procedure/facts/places.hpp"
 #include "host-tests/support/temporary_folder.hpp"
 
 // What a person accepts, beside what is in force; and what a result rests on.
@@ -303,6 +304,27 @@ TEST_F(Accepting, OfASetterMovesItsPlaceAndNamesTheSourceOfEveryValue) {
   EXPECT_EQ(sourceOf("setter").first, messages::ValueSource::result);
   EXPECT_GT(sourceOf("setter").second, id);
   EXPECT_EQ(sourceOf("check").first, messages::ValueSource::description);
+}
+
+TEST_F(Accepting, OfASetterOfALatheWithoutYMovesItInXAndZ) {
+  const auto lying = [](double x_mm, double z_mm) {
+    return resultOf("tool-setter",
+                    {Estimate::scalar("setter_x_mm", x_mm, 1e-3), Estimate::scalar("setter_z_mm", z_mm, 2e-3)});
+  };
+  procedure::Facts described;
+  described.has_y = false;
+  described.tool_setter = procedure::ToolSetter{};
+  described.tool_setter->accepted_mm = {160, 0.5, -60};
+  const auto usedAfter = [&](double x_mm, double z_mm) {
+    EXPECT_TRUE(results_.accept(propose("setter", lying(x_mm, z_mm)), "Ada", /*although_it_differs=*/true));
+    auto facts = described;
+    procedure::takeMeasured(facts, results_.measuredFacts());
+    return *facts.tool_setter;
+  };
+  EXPECT_EQ(usedAfter(160.2, -60.1).accepted_mm, (std::array{160.2, 0.5, -60.1})) << "Y of machine.toml";
+  const auto moved = usedAfter(161.4, -58.9);
+  EXPECT_EQ(moved.accepted_mm, (std::array{161.4, 0.5, -58.9})) << "the device was moved and accepted again";
+  EXPECT_EQ(moved.sd_accepted_mm, 2e-3);
 }
 
 TEST_F(Accepting, OfAnAssemblyGivesMethodsTheLengthOfTheirTool) {
