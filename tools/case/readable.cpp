@@ -159,10 +159,11 @@ std::string typeset(std::string_view text) {
       continue;
     }
     const auto* unit = std::ranges::find_if(kUnits, [&](std::string_view one) {
+      if (!rest.starts_with(one)) return false;
       const bool ends = rest.size() == one.size() || !isLetter(rest[one.size()]);
       // A unit alone is a label, such as "um" or "um/min"; a sentence does not begin with one.
       const bool alone = at != 0 || rest.size() == one.size() || rest[one.size()] == '/';
-      return rest.starts_with(one) && ends && alone;
+      return ends && alone;
     });
     if (unit != kUnits.end() && mayBegin(at)) {
       all += kMicro;
