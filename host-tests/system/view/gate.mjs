@@ -19,7 +19,8 @@ const endless = (address) => new Promise((done) => {
   let text = "", sent = 0;
   const line = `X-Filler: ${"x".repeat(1000)}\r\n`;
   const socket = connect(new URL(address).port, "127.0.0.1");
-  const send = (error) => { if (!error && !text && sent < 100e6) { sent += line.length; socket.write(line, send); } };
+  // Between two lines it reads: writes that are taken at once would not let it.
+  const send = (error) => setImmediate(() => { if (!error && !text && sent < 100e6) { sent += line.length; socket.write(line, send); } });
   socket.on("connect", () => socket.write("GET / HTTP/1.1\r\n", send));
   socket.on("data", (data) => { text += data; socket.end(); });
   socket.on("error", () => {});
