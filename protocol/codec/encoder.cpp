@@ -7,6 +7,7 @@ namespace probebox::codec {
 Encoder::Encoder(std::vector<ChannelFormat> formats, Profile profile)
     : formats_{std::move(formats)}, profile_{profile} {
   if (profile == Profile::tight) tight_.emplace(formats_);
+  kernels();  // chosen now: the first block allocates nothing
 }
 
 Outcome<std::size_t, CodecError> Encoder::encode(const BlockHeader& header, std::span<const std::int64_t> columns,
