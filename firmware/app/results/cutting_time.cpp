@@ -37,9 +37,8 @@ void CuttingTime::look(const box::State& state) {
   const bool cuts = snapshot.cutting;
   if (before_ && cuts && state.at > *before_) {
     total_s_ = total_s_ + std::chrono::duration<double>(state.at - *before_).count();
-    if (total_s_ - kept_s_ >= kKeptEvery_s) keep();
   }
-  if (!cuts && total_s_ > kept_s_) keep();
+  if (total_s_ - kept_s_ >= (cuts ? kKeptEvery_s : kKeptAfterCut_s)) keep();
   before_ = state.at;
 }
 

@@ -13,8 +13,9 @@ namespace probebox::app {
 // Counts how long the machine has cut, as lines and connections say it, over all starts of the box.
 class CuttingTime {
  public:
-  // A power cut loses at most kKeptEvery_s of what was counted.
-  static constexpr double kKeptEvery_s = 360;
+  // A power cut loses at most kKeptEvery_s of what was counted, and kKeptAfterCut_s when no cut is on. An inhibit that
+  // ends with every block must not write to the flash at each.
+  static constexpr double kKeptEvery_s = 360, kKeptAfterCut_s = 60;
 
   CuttingTime(const std::string& path, store::Before before);
 

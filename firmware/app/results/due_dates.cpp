@@ -8,18 +8,23 @@
 namespace probebox::app {
 
 std::vector<published::Due> DueDates::all() const {
-  if (schedules_.empty()) return {};
-  const auto now = std::chrono::steady_clock::now();
   const std::lock_guard lock{mutex_};
+  return recent();
+}
+
+std::uint16_t DueDates::count() const {
+  const std::lock_guard lock{mutex_};
+  return static_cast<std::uint16_t>(std::ranges::count_if(recent(), published::isDue, &published::Due::state));
+}
+
+const std::vector<published::Due>& DueDates::recent() const {
+  if (schedules_.empty()) return all_;
+  const auto now = std::chrono::steady_clock::now();
   if (!looked_ || now - *looked_ > std::chrono::seconds{1}) {
     all_ = look();
     looked_ = now;
   }
   return all_;
-}
-
-std::uint16_t DueDates::count() const {
-  return static_cast<std::uint16_t>(std::ranges::count_if(all(), published::isDue, &published::Due::state));
 }
 
 std::vector<published::Due> DueDates::look() const {

@@ -28,6 +28,8 @@ class DueDates {
   std::string problem() const { return cutting_.problem(); }
 
  private:
+  // Under the lock: looks again when what is kept is older than a second.
+  const std::vector<published::Due>& recent() const;
   std::vector<published::Due> look() const;
 
   std::vector<results::Schedule> schedules_;

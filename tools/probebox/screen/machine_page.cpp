@@ -80,7 +80,7 @@ void writeTile(const SubjectTile& tile, bool utf8, Writer& page) {
   if (tile.decisive) page.put(tile.decisive->text, Style::plain, 2);
   const auto spark = sparkline(tile.trend, utf8);
   std::string times;
-  if (tile.age_days) times = "measured " + durationText(*tile.age_days) + " ago, " + dueText(tile);
+  if (tile.age_days) times = "stored " + durationText(*tile.age_days) + " ago, " + dueText(tile);
   if (!tile.accepted_by.empty())
     times +=
         (times.empty() ? "" : "; ") + ("in force since " + minuteOf(tile.accepted_utc)) + " by " + tile.accepted_by;

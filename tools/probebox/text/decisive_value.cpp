@@ -29,6 +29,12 @@ std::optional<double> limitIn(const std::string& unit, const Requirement* requir
   return unit == "deg" ? stated(degrees(requirement->limit_urad * 1e-6)) : std::nullopt;
 }
 
+Keeping keepingOf(metrology::Proof proof) {
+  return proof == metrology::Proof::conforms     ? Keeping::kept
+         : proof == metrology::Proof::not_proven ? Keeping::not_proven
+                                                 : Keeping::exceeded;
+}
+
 DecisiveValue shownValue(const NamedValue& value, const std::string& axis, const Requirement* requirement) {
   const auto label = casefolder::quantityLabel(value.key, axis);
   DecisiveValue shown{.key = value.key,
@@ -43,9 +49,7 @@ DecisiveValue shownValue(const NamedValue& value, const std::string& axis, const
   const auto proof = deviation ? metrology::proofOf(shown.value, shown.u, *shown.limit)
                      : shown.u ? metrology::proofOf(*shown.u, 0.0, *shown.limit)
                                : metrology::Proof::not_proven;
-  shown.keeping = proof == metrology::Proof::conforms     ? Keeping::kept
-                  : proof == metrology::Proof::not_proven ? Keeping::not_proven
-                                                          : Keeping::exceeded;
+  shown.keeping = keepingOf(proof);
   if (shown.u) shown.ratio = ((deviation ? std::abs(shown.value) : 0) + *shown.u) / *shown.limit;
   return shown;
 }
@@ -69,10 +73,7 @@ std::optional<DecisiveValue> ofCheck(const ResultSummary& result) {
   } else {
     shown.text = shown.name + " not known";
   }
-  const auto proof = metrology::proofNumbered(verdict->value);
-  shown.keeping = proof == metrology::Proof::conforms     ? Keeping::kept
-                  : proof == metrology::Proof::not_proven ? Keeping::not_proven
-                                                          : Keeping::exceeded;
+  shown.keeping = keepingOf(metrology::proofNumbered(verdict->value));
   return shown;
 }
 

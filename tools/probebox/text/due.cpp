@@ -21,7 +21,7 @@ std::string durationText(double days) {
 std::string dueText(const published::Due& due) {
   constexpr double kDay_s = 86'400;
   if (due.state == published::DueState::not_measured) return "not measured";
-  if (due.state == published::DueState::not_known) return "not known whether it is due";
+  if (due.state == published::DueState::not_known) return "not known whether it is due: measure again";
   const bool overdue = due.state == published::DueState::overdue;
   std::string all;
   const auto add = [&](bool is_known, double remaining, const std::string& amount) {

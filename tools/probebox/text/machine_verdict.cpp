@@ -63,7 +63,7 @@ const published::Due* dueOf(const MachineKnown& known, const std::string& subjec
   return found == known.status->due.end() ? nullptr : &*found;
 }
 
-// What is never due is good.
+// Also of what is never due.
 bool isKnownGood(const std::optional<published::Due>& due) {
   return !due || due->state == published::DueState::good;
 }
@@ -77,10 +77,10 @@ SubjectTile tileOf(const ResultSummary& result, const MachineKnown& known,
                    .method = methodTitle(result.method),
                    .accepted_by = result.accepted_by,
                    .accepted_utc = result.accepted_utc,
-                   .measured_utc = result.proposed_utc,
+                   .stored_utc = result.proposed_utc,
                    .decisive = decisiveValue(result, requirement)};
-  if (const auto measured = timeOf(result.proposed_utc); measured && now)
-    tile.age_days = std::max(0.0, std::chrono::duration<double, std::chrono::days::period>(*now - *measured).count());
+  if (const auto stored = timeOf(result.proposed_utc); stored && now)
+    tile.age_days = std::max(0.0, std::chrono::duration<double, std::chrono::days::period>(*now - *stored).count());
   if (const auto* due = dueOf(known, result.subject)) tile.due = *due;
   tile.remarks = remarksOn(result, known.results);
   if (requirement != nullptr) tile.idle_limits = idleLimits(result, *requirement);
@@ -192,7 +192,7 @@ void addUnacceptedCheck(const std::vector<ResultSummary>& results, Reasons& reas
     reasons.add(MayCut::check, "The last check is not proven to be within its limits: " + decisive->text + ".");
 }
 
-void addRequirements(const MachineKnown& known, const std::vector<SubjectTile>& tiles, Reasons& reasons) {
+void addMissingLimits(const MachineKnown& known, const std::vector<SubjectTile>& tiles, Reasons& reasons) {
   const bool any_limit =
       std::ranges::any_of(known.requirements, hasLimit) ||
       std::ranges::any_of(tiles, [](const auto& tile) { return tile.decisive && tile.decisive->limit; });
@@ -286,7 +286,7 @@ MachineVerdict judge(const MachineKnown& known) {
     reasons.add(MayCut::check, "Nothing is calibrated: begin with the delay.");
   for (const auto& tile : verdict.tiles) addTile(tile, reasons);
   addBox(*known.status, reasons);
-  addRequirements(known, verdict.tiles, reasons);
+  addMissingLimits(known, verdict.tiles, reasons);
   reasons.into(verdict);
   if (verdict.reason.empty()) verdict.reason = "Every limit is kept, and nothing is due.";
   return verdict;
@@ -336,7 +336,7 @@ Json describe(const MachineVerdict& verdict) {
                      {"method", tile.method},
                      {"accepted_by", tile.accepted_by},
                      {"accepted_utc", tile.accepted_utc},
-                     {"measured_utc", tile.measured_utc},
+                     {"stored_utc", tile.stored_utc},
                      {"decisive", tile.decisive ? describe(*tile.decisive) : Json(nullptr)},
                      {"age", tile.age_days ? Json(durationText(*tile.age_days)) : Json(nullptr)},
                      {"due", dueText(tile)},

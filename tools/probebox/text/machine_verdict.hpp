@@ -85,7 +85,7 @@ Trend trendOf(const messages::ResultSummary& newest, const DecisiveValue& decisi
 struct SubjectTile {
   std::string subject{}, title{};
   std::uint64_t id{};  // in force; 0 for none
-  std::string method{}, accepted_by{}, accepted_utc{}, measured_utc{};
+  std::string method{}, accepted_by{}, accepted_utc{}, stored_utc{};
   std::optional<DecisiveValue> decisive{};
   std::optional<double> age_days{};
   std::optional<published::Due> due{};     // as the box says; nothing where it is never due

@@ -50,6 +50,21 @@ TEST_F(CuttingTimeOnDisk, IsKeptWhenACutEndsAndWhileOneIsLong) {
   EXPECT_EQ(time.problem(), "");
 }
 
+TEST_F(CuttingTimeOnDisk, ShortCutsAreWrittenTogether) {
+  const auto onDisk = [&] { return CuttingTime{path_, store::Before::had_it}.count().s; };
+  CuttingTime time{path_, store::Before::perhaps};
+  double s = 0;
+  const auto cutFor = [&](double duration_s) {
+    time.look(at(s, false));
+    time.look(at(s += duration_s, true));
+    time.look(at(s, false));
+  };
+  cutFor(CuttingTime::kKeptAfterCut_s - 1);
+  EXPECT_EQ(onDisk(), 0);
+  cutFor(2);
+  EXPECT_EQ(onDisk(), CuttingTime::kKeptAfterCut_s + 1);
+}
+
 TEST_F(CuttingTimeOnDisk, IsAnotherCounterWhereItWasLost) {
   const auto first = CuttingTime{path_, store::Before::perhaps}.count();
   EXPECT_EQ((CuttingTime{path_, store::Before::had_it}.count().counter), first.counter);

@@ -22,7 +22,7 @@ function tile(one) {
     one.decisive && [h("p", null, what, h("span", { class: "value" }, number)), gauge(one.decisive) ?? h("p", { class: "small" }, one.decisive.limit_text)],
     one.trend.points.length > 1 && trendFigure(one.trend, { height: 130, chosen: one.id, caption: false }),
     one.remarks.map((remark) => h("p", { class: "remark" }, remark)),
-    one.id > 0 && h("p", { class: "foot" }, h("span", null, one.age ? `measured ${one.age} ago` : `measured ${since(one.measured_utc) || "at an unknown time"}`), one.overdue ? h("b", null, one.due) : h("span", null, one.due)));
+    one.id > 0 && h("p", { class: "foot" }, h("span", null, one.age ? `stored ${one.age} ago` : `stored ${since(one.stored_utc) || "at an unknown time"}`), one.overdue ? h("b", null, one.due) : h("span", null, one.due)));
 }
 
 function inForce(tiles) {
