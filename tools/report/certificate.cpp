@@ -183,8 +183,13 @@ std::string resultTable(const Subject& subject, const CertificateFacts& facts) {
 // Box at the top of a certificate with the answer of the decision rule for values that have limits. Empty for other
 // results.
 std::string verdictBox(const Subject& subject) {
-  return verdictOn(subject) ? decisionBox(subject, {"Decision rule: ISO 14253-1 with U (k = 2) as guard band, below."})
-                            : "";
+  if (verdictOn(subject))
+    return decisionBox(subject, {"Decision rule: ISO 14253-1 with U (k = 2) as guard band, below."});
+  if (!subject.conformity) return "";
+  return decisionBox(subject,
+                     {subject.conformity->is_deviation
+                          ? decisionRule() + " The limit is the one that the user of the machine states."
+                          : "Decision rule: U (k = 2) is at most the limit that the user of the machine states."});
 }
 
 // True where nobody has stated how uncertain the diameter of the stylus ball is.

@@ -144,19 +144,25 @@ Decision decide(const Subject& subject) {
   const Result& result = *subject.result();
   Decision decision{
       .headline = "No limit stated", .lines = {}, .warned = hasWarning(result) || subject.rests_on_retired};
-  if (const auto proof = verdictOn(subject)) {
+  const auto& required = subject.conformity;
+  const auto of_check = verdictOn(subject);
+  if (const auto proof = of_check ? of_check : required ? std::optional{required->proof} : std::nullopt) {
     const bool within = *proof == metrology::Proof::conforms;
     decision.verdict = *proof == metrology::Proof::fails ? Verdict::fail
                        : within && !decision.warned      ? Verdict::pass
                                                          : Verdict::warn;
     decision.headline = casefolder::proofInWords(*proof, within && decision.warned);
-    if (const auto worst = worstDeviation(subject)) decision.lines.push_back(*worst);
+    if (!of_check && !required->is_deviation) decision.lines = valueLines(subject);
+    if (const auto worst = of_check ? worstDeviation(subject) : "worst: " + required->worst)
+      decision.lines.push_back(*worst);
   } else {
     decision.lines = valueLines(subject);
     // Without a limit the largest words are the value itself.
     if (!decision.lines.empty()) {
       decision.headline = std::exchange(decision.lines.front(), "no limit stated");
     }
+  }
+  if (!of_check) {
     if (auto names = casefolder::axisNamesInWords(result, axisLetter(subject)); !names.empty())
       decision.lines.push_back(std::move(names));
   }

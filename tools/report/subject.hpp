@@ -6,6 +6,7 @@
 
 #include "firmware/metrology/dataset/dataset.hpp"
 #include "firmware/metrology/dataset/result.hpp"
+#include "firmware/metrology/dataset/verdict.hpp"
 
 namespace probebox::report {
 
@@ -32,6 +33,13 @@ struct Before {
   std::vector<Earlier> history;
 };
 
+// How a result stands to the limits that are stated for its subject; filled in by a caller that knows them.
+struct Conformity {
+  metrology::Proof proof{};  // of the value that stands worst
+  std::string worst;         // "deviation XC at 60 deg -3.1 +/- 0.4 um, limit 8 um"
+  bool is_deviation{};       // else the limit is one of U
+};
+
 // One result or refusal to report, with its data.
 struct Subject {
   std::string name;  // of the case folder, as it was given
@@ -42,6 +50,8 @@ struct Subject {
   std::string about{};                  // what a kept result is about, such as stylus-offset-1; empty for a case
   std::vector<std::string> rests_on{};  // sentences about the results that it was computed with
   bool rests_on_retired{};              // one of them is no longer in force
+  // To [[requirement]] of machine.toml. Nothing where none bounds a value of it, and for a check, which has its own.
+  std::optional<Conformity> conformity{};
 
   const metrology::Result* result() const { return std::get_if<metrology::Result>(&answer); }
   const metrology::Refusal* refusal() const { return std::get_if<metrology::Refusal>(&answer); }

@@ -11,6 +11,7 @@
 #include "firmware/metrology/solve.hpp"
 #include "tools/case/case_folder.hpp"
 #include "tools/case/solve_json.hpp"
+#include "tools/report/decision.hpp"
 #include "tools/report/names.hpp"
 #include "tools/report/subjects.hpp"
 #include "well_formed.hpp"
@@ -150,6 +151,25 @@ TEST(Report, IsGreenOnlyWithinALimitAndWithoutAWarning) {
   dataset.config["limit_mm"] = 0.3;
   dataset.config["sigma_mm"] = 0.1;  // a hundred times too large, so the residuals contradict it
   EXPECT_THAT(of(), testing::AllOf(HasSubstr("verdict warned"), HasSubstr("WARN")));
+}
+
+// A limit that the machine's user states decides, where the method has none of its own.
+TEST(Report, IsHeldAgainstTheLimitOfItsSubject) {
+  auto subject = subjectIn(fs::path{PROBEBOX_REPORT_CASES} / "delay-known-sphere");
+  ASSERT_NE(subject.result(), nullptr);
+  std::get<metrology::Result>(subject.answer).warnings.clear();
+  EXPECT_EQ(decide(subject).verdict, Verdict::no_limit);
+  for (const auto& [proof, verdict] : {std::pair{metrology::Proof::conforms, Verdict::pass},
+                                       {metrology::Proof::not_proven, Verdict::warn},
+                                       {metrology::Proof::fails, Verdict::fail}}) {
+    subject.conformity = Conformity{.proof = proof, .worst = "delay, of which U has the limit 40 us"};
+    const auto decision = decide(subject);
+    EXPECT_EQ(decision.verdict, verdict);
+    EXPECT_GE(decision.lines.size(), 2U) << "the value itself, and what is held against the limit";
+  }
+  subject.conformity->proof = metrology::Proof::conforms;
+  subject.rests_on_retired = true;
+  EXPECT_EQ(decide(subject).verdict, Verdict::warn) << "what it was computed with is no longer in force";
 }
 
 TEST(Report, IsNotGreenWhereResidualsContradictTheNoise) {

@@ -7,6 +7,7 @@
 #include "firmware/metrology/methods.hpp"
 #include "firmware/procedure/methods/methods.hpp"
 #include "tools/case/readable.hpp"
+#include "tools/probebox/commands/kept_report.hpp"
 #include "tools/probebox/text/subject_words.hpp"
 
 namespace probebox::command {
@@ -90,14 +91,30 @@ TEST(MachineVerdict, AsksToLookWhereNoLimitIsStatedAndNamesTheFile) {
   EXPECT_EQ(verdict.may_cut, MayCut::check);
   EXPECT_NE(verdict.reason.find("machine.toml"), std::string::npos);
   EXPECT_NE(verdict.reason.find("[[requirement]]"), std::string::npos);
-  EXPECT_EQ(verdict.tiles[0].decisive->keeping, Keeping::no_limit);
+  EXPECT_EQ(verdict.tiles[0].decisive->proof, std::nullopt);
   EXPECT_EQ(verdict.tiles[0].may_cut, MayCut::unknown) << "nothing is required of it";
 }
 
 TEST(MachineVerdict, StopsWhereUExceedsItsLimit) {
   const auto verdict = judge(known({delay()}, {limitOfTimes(8)}));
   EXPECT_EQ(verdict.may_cut, MayCut::stop);
-  EXPECT_EQ(tileOf(verdict, "delay").decisive->keeping, Keeping::exceeded);
+  EXPECT_EQ(tileOf(verdict, "delay").decisive->proof, metrology::Proof::fails);
+}
+
+// What the Machine page says of a result and what its report says is one decision.
+TEST(MachineVerdict, IsThatOfTheReport) {
+  const auto of = [](double limit_us) { return conformityOf(delay(), {limitOfTimes(limit_us)}); };
+  ASSERT_TRUE(of(20).has_value());
+  EXPECT_EQ(of(20)->proof, metrology::Proof::conforms);
+  EXPECT_EQ(of(8)->proof, metrology::Proof::fails);
+  EXPECT_FALSE(of(8)->is_deviation) << "the limit bounds U";
+  EXPECT_FALSE(of(0).has_value()) << "no limit of times is stated";
+  EXPECT_FALSE(conformityOf(delay(), {}).has_value());
+  const auto errors = result(3, "rotary-c", {value("deviation_XC_at_60_deg_mm", -0.007, 0.001)});
+  const auto of_errors = conformityOf(errors, {{.subject = "rotary-c", .limit_um = 8}});
+  ASSERT_TRUE(of_errors.has_value());
+  EXPECT_EQ(of_errors->proof, metrology::Proof::not_proven);
+  EXPECT_TRUE(of_errors->is_deviation);
 }
 
 // ISO 14253-1: an error of 7 um with U = 2 um is beyond 4 um, within 10 um, and neither is proven for 8 um.

@@ -72,7 +72,10 @@ Outcome<Certified, Trouble> certified(const Certificate& options, link::Client& 
            .next_due = options.next_due};
   TRY(const auto listed, storedResults(box, console, {.after_id = options.id - 1, .newest = 0}, 1));
   if (facts.next_due.empty()) facts.next_due = dayBySchedule(options.id, box, console);
-  if (!listed.empty() && listed.front().id == options.id) addWhatItRestsOn(all.subject, listed.front());
+  if (!listed.empty() && listed.front().id == options.id) {
+    addWhatItRestsOn(all.subject, listed.front());
+    all.subject.conformity = conformityOf(listed.front(), requirementsOf(box, console));
+  }
   // Behind all questions: reading a large dataset takes longer than the box waits for a silent host.
   if (auto dataset = json::datasetFromJson(dataset_text)) all.subject.dataset = std::move(dataset).value();
   return all;

@@ -6,7 +6,9 @@
 #include <vector>
 
 #include "firmware/json/dataset_json.hpp"
+#include "tools/case/readable.hpp"
 #include "tools/probebox/link/stored_results.hpp"
+#include "tools/probebox/text/machine_verdict.hpp"
 #include "tools/probebox/text/report_kept_result.hpp"
 #include "tools/report/subjects.hpp"
 
@@ -48,6 +50,23 @@ Outcome<report::Before, Trouble> beforeOf(link::Client& box, Console& console, c
 
 }  // namespace
 
+std::vector<messages::Requirement> requirementsOf(link::Client& box, Console& console) {
+  auto says = ask<messages::DescribeMachine>(box, console);
+  return says ? std::move(says->requirements) : std::vector<messages::Requirement>{};
+}
+
+std::optional<report::Conformity> conformityOf(const messages::ResultSummary& result,
+                                               const std::vector<messages::Requirement>& requirements) {
+  const auto* const requirement = requirementOf(requirements, result.subject);
+  const auto decisive = decisiveValue(result, requirement);
+  // A check was held against limits of its own.
+  if (requirement == nullptr || !decisive || !decisive->proof || isAbout(result.subject, SubjectKind::check))
+    return std::nullopt;
+  const bool is_deviation = casefolder::hasIdealZero(decisive->key);
+  const auto stated = is_deviation ? limitText(*decisive) : "of which U has the " + limitText(*decisive);
+  return report::Conformity{*decisive->proof, decisive->text + ", " + stated, is_deviation};
+}
+
 void addWhatItRestsOn(report::Subject& subject, const messages::ResultSummary& listed) {
   subject.rests_on = restsOnInWords(listed);
   subject.rests_on_retired = std::ranges::any_of(listed.rests_on, &messages::RestsOn::retired);
@@ -58,6 +77,7 @@ Outcome<report::Subject, Trouble> keptSubject(link::Client& box, Console& consol
   TRY(const auto text, keptDataset(box, console, id));
   TRY(const auto all, storedResults(box, console, {}, std::numeric_limits<std::size_t>::max()));
   TRY(auto before, beforeOf(box, console, kept.summary, all));
+  const auto requirements = requirementsOf(box, console);
   // Everything that the box has to say has come: reading a large dataset takes longer than it waits for a silent host.
   auto dataset = json::datasetFromJson(text);
   if (!dataset) {
@@ -69,8 +89,10 @@ Outcome<report::Subject, Trouble> keptSubject(link::Client& box, Console& consol
   report::Subject subject{name, kept.summary.method, std::move(dataset).value(), std::move(kept.content)};
   subject.before = std::move(before);
   subject.about = kept.summary.subject;
-  if (const auto listed = std::ranges::find(all, id, &messages::ResultSummary::id); listed != all.end())
+  if (const auto listed = std::ranges::find(all, id, &messages::ResultSummary::id); listed != all.end()) {
     addWhatItRestsOn(subject, *listed);
+    subject.conformity = conformityOf(*listed, requirements);
+  }
   if (subject.result() != nullptr && !report::recallResiduals(subject))
     console.note(name + " is another value when its dataset is solved by this version; its page has no residuals");
   return subject;

@@ -29,12 +29,6 @@ std::optional<double> limitIn(const std::string& unit, const Requirement* requir
   return unit == "deg" ? stated(degrees(requirement->limit_urad * 1e-6)) : std::nullopt;
 }
 
-Keeping keepingOf(metrology::Proof proof) {
-  return proof == metrology::Proof::conforms     ? Keeping::kept
-         : proof == metrology::Proof::not_proven ? Keeping::not_proven
-                                                 : Keeping::exceeded;
-}
-
 DecisiveValue shownValue(const NamedValue& value, const std::string& axis, const Requirement* requirement) {
   const auto label = casefolder::quantityLabel(value.key, axis);
   DecisiveValue shown{.key = value.key,
@@ -46,10 +40,9 @@ DecisiveValue shownValue(const NamedValue& value, const std::string& axis, const
   if (const auto u = value.uncertainty()) shown.u = 2 * *u * std::abs(label.factor);
   if (!shown.limit) return shown;
   const bool deviation = casefolder::hasIdealZero(value.key);
-  const auto proof = deviation ? metrology::proofOf(shown.value, shown.u, *shown.limit)
-                     : shown.u ? metrology::proofOf(*shown.u, 0.0, *shown.limit)
-                               : metrology::Proof::not_proven;
-  shown.keeping = keepingOf(proof);
+  shown.proof = deviation ? metrology::proofOf(shown.value, shown.u, *shown.limit)
+                : shown.u ? metrology::proofOf(*shown.u, 0.0, *shown.limit)
+                          : metrology::Proof::not_proven;
   if (shown.u) shown.ratio = ((deviation ? std::abs(shown.value) : 0) + *shown.u) / *shown.limit;
   return shown;
 }
@@ -73,7 +66,7 @@ std::optional<DecisiveValue> ofCheck(const ResultSummary& result) {
   } else {
     shown.text = shown.name + " not known";
   }
-  shown.keeping = keepingOf(metrology::proofNumbered(verdict->value));
+  shown.proof = metrology::proofNumbered(verdict->value);
   return shown;
 }
 
@@ -85,7 +78,7 @@ bool isCertain(const NamedValue& value) {
 // deviations come before other values; then what is nearest to the limit or furthest beyond it, before which is what
 // nobody knows U of; without a limit the largest.
 bool comesBefore(const DecisiveValue& one, const DecisiveValue& other) {
-  if (one.keeping != other.keeping) return one.keeping > other.keeping;
+  if (one.proof != other.proof) return one.proof > other.proof;
   const bool deviation = casefolder::hasIdealZero(one.key);
   if (deviation != casefolder::hasIdealZero(other.key)) return deviation;
   if (one.limit && other.limit) return other.ratio && (!one.ratio || *one.ratio > *other.ratio);

@@ -22,6 +22,7 @@ namespace {
 using messages::Requirement;
 using messages::ResultState;
 using messages::ResultSummary;
+using metrology::Proof;
 
 // Only results of these can replace each other.
 bool areAlike(const ResultSummary& one, const ResultSummary& other) {
@@ -85,14 +86,14 @@ SubjectTile tileOf(const ResultSummary& result, const MachineKnown& known,
   tile.remarks = remarksOn(result, known.results);
   if (requirement != nullptr) tile.idle_limits = idleLimits(result, *requirement);
   if (tile.decisive) tile.trend = trendOf(result, *tile.decisive, known.results);
-  const auto keeping = tile.decisive ? tile.decisive->keeping : Keeping::no_limit;
+  const auto proof = tile.decisive ? tile.decisive->proof : std::nullopt;
   const bool rests_on_retired = std::ranges::any_of(result.rests_on, &messages::RestsOn::retired);
-  if (keeping == Keeping::exceeded) {
+  if (proof == Proof::fails) {
     tile.may_cut = MayCut::stop;
-  } else if (keeping == Keeping::not_proven || !isKnownGood(tile.due) || rests_on_retired || !result.warnings.empty() ||
+  } else if (proof == Proof::not_proven || !isKnownGood(tile.due) || rests_on_retired || !result.warnings.empty() ||
              !tile.idle_limits.empty()) {
     tile.may_cut = MayCut::check;
-  } else if (keeping == Keeping::kept || tile.due) {
+  } else if (proof == Proof::conforms || tile.due) {
     tile.may_cut = MayCut::yes;
   }
   return tile;
@@ -166,14 +167,14 @@ void addCorrections(const messages::Corrections::Answer& corrections, Reasons& r
 
 void addTile(const SubjectTile& tile, Reasons& reasons) {
   if (tile.id == 0) return reasons.add(MayCut::check, tile.title + " is r" + tile.remarks.front().substr(1));
-  const auto keeping = tile.decisive ? tile.decisive->keeping : Keeping::no_limit;
+  const auto proof = tile.decisive ? tile.decisive->proof : std::nullopt;
   const auto what = tile.decisive ? tile.decisive->text + ", " + limitText(*tile.decisive) : std::string{};
-  if (keeping == Keeping::exceeded) reasons.add(MayCut::stop, tile.title + " is beyond its limit: " + what + ".");
-  if (keeping == Keeping::not_proven)
+  if (proof == Proof::fails) reasons.add(MayCut::stop, tile.title + " is beyond its limit: " + what + ".");
+  if (proof == Proof::not_proven)
     reasons.add(MayCut::check, tile.title + " is not proven to be within its limit: " + what + ".");
   if (!isKnownGood(tile.due)) reasons.add(MayCut::check, tile.title + ": " + dueText(tile) + ".");
   for (const auto& sentence : tile.idle_limits) reasons.add(MayCut::check, sentence);
-  if (tile.may_cut == MayCut::check && keeping != Keeping::not_proven && !tile.remarks.empty())
+  if (tile.may_cut == MayCut::check && proof != Proof::not_proven && !tile.remarks.empty())
     reasons.add(MayCut::check, tile.title + ": " + tile.remarks.front());
 }
 
@@ -186,9 +187,8 @@ void addUnacceptedCheck(const std::vector<ResultSummary>& results, Reasons& reas
   if (newest == nullptr || isInForce(*newest) || newest->state == ResultState::retired) return;
   const auto decisive = decisiveValue(*newest, nullptr);
   if (!decisive) return;
-  if (decisive->keeping == Keeping::exceeded)
-    reasons.add(MayCut::stop, "The last check fails: " + decisive->text + ".");
-  if (decisive->keeping == Keeping::not_proven)
+  if (decisive->proof == Proof::fails) reasons.add(MayCut::stop, "The last check fails: " + decisive->text + ".");
+  if (decisive->proof == Proof::not_proven)
     reasons.add(MayCut::check, "The last check is not proven to be within its limits: " + decisive->text + ".");
 }
 
@@ -222,9 +222,9 @@ std::string_view wordOf(MayCut may_cut) {
   return kWords[static_cast<std::size_t>(may_cut)];
 }
 
-std::string_view nameOf(Keeping keeping) {
-  constexpr std::array<std::string_view, 4> kNames{"no limit", "kept", "not proven", "exceeded"};
-  return kNames[static_cast<std::size_t>(keeping)];
+std::string_view nameOf(std::optional<Proof> proof) {
+  constexpr std::array<std::string_view, 3> kNames{"kept", "not proven", "exceeded"};
+  return proof ? kNames[static_cast<std::size_t>(*proof)] : "no limit";
 }
 
 const Requirement* requirementOf(const std::vector<Requirement>& all, const std::string& subject) {
@@ -303,7 +303,7 @@ Json describe(const DecisiveValue& decisive) {
           {"limit", number(decisive.limit)},
           {"limit_text", casefolder::typeset(limitText(decisive))},
           {"ratio", number(decisive.ratio)},
-          {"keeping", nameOf(decisive.keeping)}};
+          {"keeping", nameOf(decisive.proof)}};
 }
 
 Json describe(const Trend& trend) {

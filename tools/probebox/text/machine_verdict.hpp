@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "firmware/metrology/dataset/verdict.hpp"
 #include "protocol/messages/corrections.hpp"
 #include "protocol/messages/machine.hpp"
 #include "protocol/messages/results.hpp"
@@ -25,9 +26,9 @@ std::string_view nameOf(MayCut may_cut);  // "unknown", "yes", "check", "stop"
 // One word for people: "Not known", "Yes", "Check", "Stop".
 std::string_view wordOf(MayCut may_cut);
 
-// How the worst value of a result stands to the limit of its subject, U included (ISO 14253-1).
-enum class Keeping { no_limit, kept, not_proven, exceeded };
-std::string_view nameOf(Keeping keeping);  // "no limit", "kept", "not proven", "exceeded"
+// How the worst value of a result stands to the limit of its subject: "kept", "not proven", "exceeded"; "no limit" for
+// nothing.
+std::string_view nameOf(std::optional<metrology::Proof> proof);
 
 // The value by which a result is judged: the worst of all that have a limit, by its answer (exceeded, not proven, kept)
 // and of equal answers by its ratio, deviations first. Without a limit the largest deviation, of a result that has none
@@ -41,7 +42,7 @@ struct DecisiveValue {
   std::string text{};             // "deviation XC at 60 deg -3.1 +/- 0.4 um"; after +/- stands u (k = 1)
   std::optional<double> limit{};  // in that unit; nothing where none is stated
   std::optional<double> ratio{};  // (abs(error) + U) / limit; of a value that is no deviation U / limit
-  Keeping keeping{};
+  std::optional<metrology::Proof> proof{};  // nothing without a limit
 };
 // requirement: null where none is stated. Nothing for a refusal.
 std::optional<DecisiveValue> decisiveValue(const messages::ResultSummary& result,

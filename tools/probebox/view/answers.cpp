@@ -123,11 +123,6 @@ std::string nameOf(std::string_view key) {
   return casefolder::quantityLabel(std::string{key}).name;
 }
 
-std::vector<messages::Requirement> requirementsOf(link::Client& box, Console& console) {
-  auto says = command::ask<messages::DescribeMachine>(box, console);
-  return says ? std::move(says->requirements) : std::vector<messages::Requirement>{};  // a recording has none
-}
-
 // Adds its decisive value, and returns that.
 std::optional<command::DecisiveValue> addDecisive(const messages::ResultSummary& summary,
                                                   const std::vector<messages::Requirement>& requirements,
@@ -221,7 +216,7 @@ Answer forecast(const std::string& method, const std::optional<command::AskedBox
 
 Answer results(link::Client& box, Console& console) {
   TRY(const auto all, command::storedResults(box, console, {}, std::numeric_limits<std::size_t>::max()));
-  const auto requirements = requirementsOf(box, console);
+  const auto requirements = command::requirementsOf(box, console);
   Json list = Json::array();
   for (const auto& one : all) {
     Json object = titled(one);
@@ -243,7 +238,7 @@ Answer result(link::Client& box, Console& console, std::uint64_t id) {
   }
   TRY(const auto all, command::storedResults(box, console, {}, std::numeric_limits<std::size_t>::max()));
   const auto found = std::ranges::find(all, id, &messages::ResultSummary::id);
-  if (found != all.end()) addJudgement(*found, all, requirementsOf(box, console), object);
+  if (found != all.end()) addJudgement(*found, all, command::requirementsOf(box, console), object);
   TRY(const auto history, command::storedTransitions(box, console, {id, "", 0}));
   object["history"] = Json::array();
   for (const auto& transition : history) object["history"].push_back(describe(transition));
