@@ -90,9 +90,7 @@ std::string columnName(const Subject& subject, const Estimate& estimate, std::si
 std::string valueName(const Subject& subject, const Estimate& estimate, std::size_t k) {
   if (estimate.shape == Shape::vector) return vectorName(subject, estimate, k);
   if (estimate.shape == Shape::scalar) {
-    const std::string name = casefolder::labelOf(estimate.key).name;
-    if (name == "tau") return "delay tau";
-    return casefolder::keyInWords(name);
+    return casefolder::keyInWords(casefolder::labelOf(estimate.key).name);
   }
   const std::string row = rowName(subject, estimate, k / estimate.columns);
   const bool at = row.find_first_not_of("0123456789") != std::string::npos;

@@ -98,14 +98,19 @@ inline constexpr double kMostDelay_s = 1;  // no control loop lags by a second
 // Direction of an axis against its machine axis: 5.7 degrees. Degrees and milliradians are beyond.
 inline constexpr double kMostLean_rad = 0.1;
 
-inline constexpr Quantity kTau{
-    .key = "tau_s", .about = "delay of the machine's stamps less that of the probe's", .most = kMostDelay_s};
+inline constexpr Quantity kTau{.key = "tau_s",
+                               .about = "delay of the machine's stamps less that of the probe's",
+                               .name = "delay",
+                               .most = kMostDelay_s};
 inline constexpr Quantity kTauAxis{.key = "tau_axis_s",
                                    .about = "delay of the stamps of each axis less that of the probe's, x y z",
                                    .axes = "XYZ",
+                                   .name = "delay",
                                    .most = kMostDelay_s};
-inline constexpr Quantity kTauJoint{
-    .key = "tau_joint_s", .about = "delay of each joint, with delays each-joint", .most = kMostDelay_s};
+inline constexpr Quantity kTauJoint{.key = "tau_joint_s",
+                                    .about = "delay of each joint, with delays each-joint",
+                                    .name = "delay of joint",
+                                    .most = kMostDelay_s};
 inline constexpr Quantity kGainMatrix{.key = "gain_matrix",
                                       .about = "gain of the probe (A3), where the touches span space",
                                       .part_name = gainPart,

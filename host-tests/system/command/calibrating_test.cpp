@@ -30,7 +30,7 @@ TEST(Calibrating, LeadsThroughTheStepsToAResultWithItsUncertainty) {
   const auto done = at(box, kCalibrate);
   EXPECT_EQ(done.status, 0) << done.err;
   EXPECT_THAT(done.out, AllOf(HasSubstr("touch 1"), HasSubstr("3: +X"), HasSubstr("touch 3"),
-                              HasSubstr("tau 5447.1 +/- 5.0 us"), HasSubstr("proposed")));
+                              HasSubstr("delay 5447.1 +/- 5.0 us"), HasSubstr("proposed")));
   EXPECT_THAT(done.err, HasSubstr("probebox accept 4711 --by NAME")) << "a proposal is not in force";
 }
 
@@ -258,7 +258,7 @@ TEST(Accepting, AsksThePersonAtATerminal) {
 TEST(StoredResults, AreFetchedPieceByPieceAndReported) {
   const FakeBox box{{.in_force_tau_s = FakeBox::kTau_s}};
   EXPECT_THAT(at(box, {"show", "4711"}).out,
-              AllOf(HasSubstr("tau "), HasSubstr("sd 5.0 us, U 20 us"), HasSubstr("result 4700"),
+              AllOf(HasSubstr("delay "), HasSubstr("sd 5.0 us, U 20 us"), HasSubstr("result 4700"),
                     HasSubstr("stylus-offset-1"), HasSubstr("RETIRED"), HasSubstr("Hopper")));
   EXPECT_THAT(at(box, {"results"}).out, AllOf(HasSubstr("result 4700"), HasSubstr("retired")));
   RuntimeDirectory directory;

@@ -173,7 +173,7 @@ TEST_F(Looking, FailsWhenItsAnswerCannotBeWritten) {
 
 TEST_F(Looking, StatusListsTheStoredResults) {
   const auto page = probebox({"-u", uri_, "status"});
-  EXPECT_THAT(page.out, testing::ContainsRegex("4711 +proposed +delay +tau 5447.1 \\+/- 5.0 us"));
+  EXPECT_THAT(page.out, testing::ContainsRegex("4711 +proposed +delay +delay 5447.1 \\+/- 5.0 us"));
   EXPECT_THAT(page.out, testing::Not(HasSubstr("\n\n"))) << "a box that names no values in use";
   const auto results = probebox({"-u", uri_, "status", "--json"}).object()["newest_results"];
   ASSERT_EQ(results.size(), 1U);
@@ -185,13 +185,13 @@ TEST_F(Looking, StatusListsTheStoredResults) {
 TEST(LookingAtResults, ShowsTheCombinedUncertaintyBehindPlusMinus) {
   const FakeBox box{{.u_s = 8e-6}};
   for (const auto* command : {"status", "results"})
-    EXPECT_THAT(probebox({"-u", box.uri(), command}).out, testing::ContainsRegex("tau +5447.1 \\+/- 8.0 us"))
+    EXPECT_THAT(probebox({"-u", box.uri(), command}).out, testing::ContainsRegex("delay +5447.1 \\+/- 8.0 us"))
         << command;
   const auto object = probebox({"-u", box.uri(), "results", "--json"}).object();
   EXPECT_EQ(object["sd"]["tau_s"], FakeBox::kSd_s);
   EXPECT_EQ(object["u"]["tau_s"], 8e-6);
   const FakeBox old;
-  EXPECT_THAT(probebox({"-u", old.uri(), "results"}).out, testing::ContainsRegex("tau +5447.1 \\+/- 5.0 us"));
+  EXPECT_THAT(probebox({"-u", old.uri(), "results"}).out, testing::ContainsRegex("delay +5447.1 \\+/- 5.0 us"));
   EXPECT_TRUE(probebox({"-u", old.uri(), "results", "--json"}).object()["u"]["tau_s"].is_null());
 }
 

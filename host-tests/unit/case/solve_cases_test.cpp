@@ -196,7 +196,7 @@ TEST(Readable, HasOneUnitForAKindOfValueAndTwoDigitsOfItsSd) {
     const auto label = labelOf(key);
     return label.name + " " + withUncertainty(label, value, sd);
   };
-  EXPECT_EQ(read("tau_s", 5.4471e-3, 5.0e-6), "tau 5447.1 +/- 5.0 us");
+  EXPECT_EQ(read("tau_s", 5.4471e-3, 5.0e-6), "delay 5447.1 +/- 5.0 us");
   EXPECT_EQ(read("effective_diameter_mm", 30.99991, 0.000123), "effective_diameter 30.99991 +/- 0.00012 mm");
   EXPECT_EQ(read("speed_mm_s", 12.5, std::nullopt), "speed 12.5 mm/s");
   EXPECT_EQ(read("ratio", 0.25, std::nullopt), "ratio 0.25");

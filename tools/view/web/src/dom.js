@@ -22,8 +22,12 @@ export function say(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }
 
+// What had the focus in what is replaced keeps it, where the new content has the same link or field.
 export function show(element, ...children) {
+  const held = element.contains(document.activeElement) ? document.activeElement : null;
+  const same = held && ["id", "href", "name", "aria-label"].filter((name) => held.getAttribute(name)).map((name) => `[${name}="${CSS.escape(held.getAttribute(name))}"]`)[0];
   element.replaceChildren(...children.flat(3).filter((child) => child !== null && child !== undefined && child !== false));
+  if (same && !held.isConnected) element.querySelector(same)?.focus({ preventScroll: true });
 }
 
 export function table(head, rows, attributes) {
