@@ -14,6 +14,7 @@
 #include "protocol/units/calendar.hpp"
 #include "tools/case/quantities.hpp"
 #include "tools/case/readable.hpp"
+#include "tools/report/change.hpp"
 #include "tools/report/conformity.hpp"
 #include "tools/report/coverage.hpp"
 #include "tools/report/decision.hpp"
@@ -72,6 +73,9 @@ namespace quantity = metrology::quantity;
 using metrology::Estimate;
 using metrology::Result;
 
+// Each printed page says which of how many it is.
+constexpr std::string_view kPageNumbers =
+    "@page { @bottom-right { content: \"page \" counter(page) \" of \" counter(pages); font: 9pt sans-serif; } }";
 constexpr std::size_t kMostCertified = 600;  // rows; a page nobody reads is no certificate
 
 // The day of the sphere's calibration, as CalibratedSphere::inWords() has it: "..., 2026-04-17: sphere ...".
@@ -256,6 +260,45 @@ std::string circumstances(const Subject& subject, const CertificateFacts& facts)
   return text + "</table>\n";
 }
 
+std::string partyInWords(const board::Party& party) {
+  std::string words = party.name;
+  for (const auto& part : {party.address, party.city, party.country, party.email})
+    if (!part.empty()) words += ", " + part;
+  return words;
+}
+
+// Laboratory, customer and item, in the order of ISO/IEC 17025:2017, 7.8.2.1.
+std::string partiesTable(const CertificateFacts& facts, const board::Parties& parties) {
+  const auto& words = parties.calibration;
+  std::string text = "<table>\n" + factRow("laboratory", partyInWords(parties.laboratory)) +
+                     factRow("accreditation", orNotStated(parties.laboratory.accreditation)) +
+                     factRow("place of the calibration", orNotStated(words.place)) +
+                     factRow("customer", partyInWords(parties.customer)) +
+                     factRow("item", words.item.empty() ? facts.machine : words.item + " (" + facts.machine + ")") +
+                     factRow("its condition", orNotStated(words.item_condition)) +
+                     factRow("received", orNotStated(words.received)) +
+                     factRow("environment", orNotStated(words.environment)) +
+                     factRow("deviations from the method", words.deviations.empty() ? "none" : words.deviations);
+  if (!words.statement.empty()) text += factRow("the laboratory states", words.statement);
+  return text + "</table>\n";
+}
+
+// Clauses of ISO/IEC 17025:2017, 7.8.2.1 d and l, and its note 2.
+std::string clauses(const CertificateFacts& facts, const board::Parties* parties, const std::string& version) {
+  const bool accredited = parties != nullptr && !parties->laboratory.accreditation.empty();
+  std::string text = "The results relate only to the item named here, as it was when it was measured.";
+  if (parties != nullptr)
+    text +=
+        " What stands here of laboratory, customer, item and environment is stated by the laboratory. This "
+        "certificate may not be reproduced except in full without the approval of " +
+        parties->laboratory.name + ".";
+  text += " The day of the next calibration is named where it was agreed with the customer.";
+  if (!accredited) text += " It states what was measured, and is no certificate of an accredited laboratory.";
+  return "<p class=\"small\">" + escaped(text) + "</p>\n<p class=\"small\">probebox " + escaped(version) +
+         "; terms of JCGM 200:2012 and JCGM 100:2008, equations as numbered in docs/metrology.md.</p>\n" +
+         element("p", "End of calibration certificate " + facts.number) + "\n";
+}
+
 std::string issue(const CertificateFacts& facts) {
   return "<h2>Issue</h2>\n<table>\n" + factRow("certificate", facts.number) + factRow("issued", facts.issued_utc) +
          factRow("issued from a box with firmware", orNotStated(facts.firmware)) +
@@ -331,18 +374,19 @@ std::optional<std::string> whyNotTraceable(const Result& result, const Certifica
          ", and the certificate of the reference sphere was due on " + due + ".";
 }
 
-std::string certificatePage(const Subject& subject, const CertificateFacts& facts, const std::string& version) {
+std::string certificatePage(const Subject& subject, const CertificateFacts& facts, const std::string& version,
+                            const board::Parties* parties) {
   const Result& result = *subject.result();
   const auto* method = metrology::methodNamed(subject.method);
   const std::string title{method == nullptr ? std::string_view{subject.method} : method->title};
-  return documentHead("Calibration certificate " + facts.number) + "<article>\n" +
+  return documentHead("Calibration certificate " + facts.number, kPageNumbers) + "<article>\n" +
          element("h1", "Calibration certificate " + facts.number) + "\n<p class=\"small\">" + escaped(title) + ", " +
-         escaped(subject.name) + "</p>\n" + verdictBox(subject) + traceabilityBox(subject, facts) +
-         conformityTable(subject) + resultTable(subject, facts) + warningsList(result) + traceabilityTable(result) +
-         circumstances(subject, facts) + budgetTable(result) + factsTable(result) + unobservableList(subject) +
-         issue(facts) + "</article>\n<p class=\"small\">probebox " + escaped(version) +
-         "; terms of JCGM 200:2012 and JCGM 100:2008, equations as numbered in docs/metrology.md. It states what was "
-         "measured, and is no certificate of an accredited laboratory.</p>\n</body>\n</html>\n";
+         escaped(subject.name) + "</p>\n" + (parties == nullptr ? "" : partiesTable(facts, *parties)) +
+         verdictBox(subject) + traceabilityBox(subject, facts) + conformityTable(subject) +
+         resultTable(subject, facts) + changeTable(subject, {"As found and as left", "as found: ", "as left: this"}) +
+         warningsList(result) + traceabilityTable(result) + circumstances(subject, facts) + budgetTable(result) +
+         factsTable(result) + unobservableList(subject) + issue(facts) + "</article>\n" +
+         clauses(facts, parties, version) + "</body>\n</html>\n";
 }
 
 }  // namespace probebox::report

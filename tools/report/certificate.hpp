@@ -4,6 +4,7 @@
 #include <string_view>
 #include <vector>
 
+#include "board/describe/parties.hpp"
 #include "tools/report/subject.hpp"
 
 namespace probebox::report {
@@ -40,8 +41,11 @@ std::string conditionOf(const metrology::Result& result, std::string_view name);
 // When it was measured, else when the box stored it.
 std::string measuredUtc(const metrology::Result& result, const CertificateFacts& facts);
 
+// The result that was in force before, in subject.before, is the one as found.
+// parties: the laboratory's template; null: nobody has stated any of it.
 // Writes a calibration certificate of a result, with the terms of JCGM 200:2012 (VIM) and JCGM 100:2008 (GUM): one HTML
 // document that prints on A4. version: of the program that writes it.
-std::string certificatePage(const Subject& subject, const CertificateFacts& facts, const std::string& version);
+std::string certificatePage(const Subject& subject, const CertificateFacts& facts, const std::string& version,
+                            const board::Parties* parties = nullptr);
 
 }  // namespace probebox::report

@@ -169,15 +169,15 @@ std::vector<std::string> changeLines(const Subject& subject) {
   return {text};
 }
 
-std::string changeTable(const Subject& subject) {
+std::string changeTable(const Subject& subject, const ChangeHeads& heads) {
   if (subject.result() == nullptr || !subject.before.in_force) return {};
   const Earlier& force = *subject.before.in_force;
   std::string rows;
   for (const auto& change : worthTelling(subject)) rows += rowOf(subject, change);
   if (rows.empty()) return {};
-  return "<h2>Change against the result in force</h2>\n<table>\n<tr><th>value</th><th class=\"n\">" +
-         escaped(force.name) +
-         "</th><th class=\"n\">this</th><th class=\"n\">change</th><th class=\"n\">U of change</th>" +
+  return element("h2", heads.title) + "\n<table>\n<tr><th>value</th><th class=\"n\">" +
+         escaped(heads.then + force.name) + "</th><th class=\"n\">" + escaped(heads.now) +
+         "</th><th class=\"n\">change</th><th class=\"n\">U of change</th>" +
          "<th class=\"n\">in sd</th><th>unit</th></tr>\n" + rows + "</table>\n<p class=\"small\">" +
          escaped(force.name + ", " + force.utc + "; of a value with more than " + std::to_string(kMostInTable) +
                  " numbers the one that changed most.") +

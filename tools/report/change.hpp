@@ -15,8 +15,14 @@ inline constexpr std::size_t kTrend = 10;
 // result is in force. Empty if nothing is known of earlier results.
 std::vector<std::string> changeLines(const Subject& subject);
 
+// Heads of a table of changes.
+struct ChangeHeads {
+  std::string title{"Change against the result in force"};
+  std::string then{};  // in front of the other result's name
+  std::string now{"this"};
+};
 // Table of scalars and short vectors beside those in force; empty without a result in force.
-std::string changeTable(const Subject& subject);
+std::string changeTable(const Subject& subject, const ChangeHeads& heads = {});
 
 // Plots the first short value of the last ten results, minus its newest value, with bars of U; nothing where no earlier
 // one has it.

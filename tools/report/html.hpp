@@ -4,8 +4,8 @@
 
 namespace probebox::report {
 
-// Sets text for a page (units as casefolder::typeset has them) and escapes it for HTML and SVG: & < > " ' as entities, bytes
-// that XML forbids (controls, broken UTF-8) as U+FFFD.
+// Sets text for a page (units as casefolder::typeset has them) and escapes it for HTML and SVG: & < > " ' as entities,
+// bytes that XML forbids (controls, broken UTF-8) as U+FFFD.
 std::string escaped(std::string_view plain);
 
 // <name>content</name>, the content escaped.

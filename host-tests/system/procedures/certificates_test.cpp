@@ -59,7 +59,7 @@ TEST_F(Certificates, HaveTheValuesOfTheStoredResultAndTheSpheresUncertainty) {
 
   const auto stored = box({"show", "2", "--json"}).object();
   const std::regex row{
-      "<td>delay tau</td><td class=\"n\">([0-9.]+)</td><td>\u00b5s</td><td class=\"n\">([0-9.]+)</td>"
+      "<td>delay</td><td class=\"n\">([0-9.]+)</td><td>\u00b5s</td><td class=\"n\">([0-9.]+)</td>"
       "<td class=\"n\">2</td><td class=\"n\">([0-9.]+)</td>"};
   std::smatch found;
   ASSERT_TRUE(std::regex_search(page, found, row)) << page;

@@ -48,7 +48,7 @@ class CalibrationCertificate : public testing::Test {
 TEST_F(CalibrationCertificate, StatesTheMeasurandWithItsUncertaintyAndCoverage) {
   const auto text = page();
   EXPECT_THAT(
-      text, HasSubstr("<td>delay tau</td><td class=\"n\">5203</td><td>\u00b5s</td><td class=\"n\">5.0</td>"
+      text, HasSubstr("<td>delay</td><td class=\"n\">5203</td><td>\u00b5s</td><td class=\"n\">5.0</td>"
                       "<td class=\"n\">2</td><td class=\"n\">10</td><td class=\"n\">80</td><td class=\"n\">96.4 %</td>"
                       "<td class=\"n\">64.0 %</td>"))
       << "6 (1 + ((5 / 3)^2 - 1) 6 / 4)^2 = 80.7 degrees of freedom; (4 / 5)^2 of u^2 is the sphere's";
@@ -56,6 +56,52 @@ TEST_F(CalibrationCertificate, StatesTheMeasurandWithItsUncertaintyAndCoverage) 
                             "20.5 \u00b0C", "by Ada, 2026-11-26T09:00:00Z", "Grace", "2027-11-26", "&lt;first&gt;",
                             "sd_effective_diameter_mm", "(A12)", "measurand", "coverage probability", "2028-04-17"})
     EXPECT_THAT(text, HasSubstr(words));
+}
+
+// ISO/IEC 17025:2017, 7.8.2.1: what a laboratory has to state stands there, in its words, and what it left out says so.
+TEST_F(CalibrationCertificate, HasTheTemplateOfTheLaboratory) {
+  const auto stated = board::parseParties(R"(
+[laboratory]
+name = "Shop <metrology>"
+email = "lab@shop.example"
+city = "Town"
+country = "DE"
+address = "Mill Lane 1"
+accreditation = "D-K-00000-01"
+[customer]
+name = "Turner Ltd"
+email = "office@turner.example"
+city = "Village"
+country = "AT"
+[calibration]
+place = "Hall 2"
+item = "Mill-turn MT-1, serial number 4711"
+environment = "20.3 +/- 0.5 degrees"
+)",
+                                          "parties.toml");
+  ASSERT_TRUE(stated) << stated.error().what;
+  Subject subject{"result 17", result_.method, {}, result_};
+  subject.before.in_force = Earlier{"result 12", "2026-10-01T08:00:00Z", result_};
+  subject.before.in_force->result.estimates[0].values[0] -= 40e-6;
+  const auto text = certificatePage(subject, facts_, "1.2.3", &*stated);
+  EXPECT_EQ(WellFormed::objectionTo(text), "");
+  for (const auto* words : {"Shop &lt;metrology&gt;, Mill Lane 1, Town, DE", "D-K-00000-01", "Turner Ltd", "Hall 2",
+                            "serial number 4711", "20.3 +/- 0.5 degrees", "result 12"})
+    EXPECT_THAT(text, HasSubstr(words));
+  EXPECT_THAT(text, HasSubstr("<td>received</td><td>not stated</td>"));
+  EXPECT_THAT(text, HasSubstr("<td>delay</td><td class=\"n\">5163</td><td class=\"n\">5203</td>"))
+      << "as found, as left";
+  // Without a template it claims nothing of the kind.
+  EXPECT_THAT(page(), AllOf(Not(HasSubstr("<td>laboratory</td>")), HasSubstr("no certificate of an accredited")));
+}
+
+TEST_F(CalibrationCertificate, RefusesATemplateWithWhatItDoesNotKnow) {
+  const auto stated = board::parseParties(
+      "[laboratory]\nname=\"L\"\nemail=\"e\"\ncity=\"c\"\ncountry=\"DE\"\nlogo=\"x\"\n"
+      "[customer]\nname=\"L\"\nemail=\"e\"\ncity=\"c\"\ncountry=\"de\"\n",
+      "parties.toml");
+  ASSERT_FALSE(stated);
+  EXPECT_THAT(stated.error().what, AllOf(HasSubstr("parties.toml:6"), HasSubstr("logo"), HasSubstr("parties.toml:11")));
 }
 
 TEST_F(CalibrationCertificate, NamesBothDegreesOfFreedom) {

@@ -235,7 +235,8 @@ struct Certificate {
   std::string output;    // "-" is the standard output
   std::string by;        // who issues it
   std::string next_due;  // of this calibration; empty: not stated
-  std::string parties;   // file of who issues it and to whom: a DCC (XML); empty: a page (HTML)
+  std::string parties;   // file of the laboratory's template; empty: none
+  bool as_dcc{};         // a DCC (XML) in place of a page (HTML)
   bool force{};
 };
 

@@ -38,17 +38,22 @@ class ResultCommands {
         ->required();
     certificate->add_option("--by", certificate_.by, "the name of the person who issues it")->check(personsName());
     certificate
-        ->add_option("--next-due", certificate_.next_due,
-                     "when the calibration has to be repeated, as agreed; without it by [[requirement]] of machine.toml")
+        ->add_option(
+            "--next-due", certificate_.next_due,
+            "when the calibration has to be repeated, as agreed; without it by [[requirement]] of machine.toml")
         ->check(day())
         ->type_name("DAY");
+    auto* laboratory =
+        certificate
+            ->add_option("--laboratory", certificate_.parties,
+                         "the laboratory's template: a file with name, email, city and country in [laboratory] and in "
+                         "[customer], and what only people know in [calibration]")
+            ->type_name("PARTIES.toml")
+            ->check(anyName());
     certificate
-        ->add_option(
-            "--dcc", certificate_.parties,
-            "write a Digital Calibration Certificate of PTB, XML, in place of the page: a file with name, email, city "
-            "and country in [laboratory] and in [customer]")
-        ->type_name("PARTIES.toml")
-        ->check(anyName());
+        ->add_flag("--dcc", certificate_.as_dcc,
+                   "write a Digital Calibration Certificate of PTB, XML, in place of the page; needs --laboratory")
+        ->needs(laboratory);
     certificate->add_flag("--force", certificate_.force, "overwrite an existing file");
     commands
         .add("history", "list every change of stored results, with person and time", "probebox history delay", history_)

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -70,11 +71,12 @@ Outcome<Certified, Trouble> certified(const Certificate& options, link::Client& 
            .issued_utc = nowUtc(),
            .issued_by = options.by,
            .next_due = options.next_due};
-  TRY(const auto listed, storedResults(box, console, {.after_id = options.id - 1, .newest = 0}, 1));
+  TRY(const auto listed, storedResults(box, console, {}, std::numeric_limits<std::size_t>::max()));
   if (facts.next_due.empty()) facts.next_due = dayBySchedule(options.id, box, console);
-  if (!listed.empty() && listed.front().id == options.id) {
-    addWhatItRestsOn(all.subject, listed.front());
-    all.subject.conformity = conformityOf(listed.front(), requirementsOf(box, console));
+  if (const auto own = std::ranges::find(listed, options.id, &messages::ResultSummary::id); own != listed.end()) {
+    addWhatItRestsOn(all.subject, *own);
+    all.subject.conformity = conformityOf(*own, requirementsOf(box, console));
+    TRY(all.subject.before.in_force, acceptedBefore(box, console, *own, listed));
   }
   // Behind all questions: reading a large dataset takes longer than the box waits for a silent host.
   if (auto dataset = json::datasetFromJson(dataset_text)) all.subject.dataset = std::move(dataset).value();
@@ -102,8 +104,9 @@ ExitStatus run(const Certificate& options, const std::string& uri, Console& cons
   if (!box) return console.fail(box.error());
   const auto all = certified(options, **box, console);
   if (!all) return console.fail(all.error());
-  auto document = parties ? report::dccDocument(all->subject, all->facts, *parties, PROBEBOX_VERSION)
-                          : Outcome<std::string>{report::certificatePage(all->subject, all->facts, PROBEBOX_VERSION)};
+  auto document = options.as_dcc ? report::dccDocument(all->subject, all->facts, *parties, PROBEBOX_VERSION)
+                                 : Outcome<std::string>{report::certificatePage(
+                                       all->subject, all->facts, PROBEBOX_VERSION, parties ? &*parties : nullptr)};
   if (!document) return console.fail({ExitStatus::failed, "no-dcc", document.error().what});
   auto output = Output::open(options.output, options.force, console.out());
   if (!output) return console.fail({ExitStatus::usage, "not-written", output.error().what});

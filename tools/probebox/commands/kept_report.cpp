@@ -50,6 +50,19 @@ Outcome<report::Before, Trouble> beforeOf(link::Client& box, Console& console, c
 
 }  // namespace
 
+Outcome<std::optional<report::Earlier>, Trouble> acceptedBefore(link::Client& box, Console& console,
+                                                                const messages::ResultSummary& summary,
+                                                                const std::vector<messages::ResultSummary>& all) {
+  const messages::ResultSummary* newest = nullptr;
+  for (const auto& other : all) {
+    const bool before = other.id < summary.id && !other.accepted_utc.empty() && answersTheSame(other, summary);
+    if (before && (newest == nullptr || other.id > newest->id)) newest = &other;
+  }
+  if (newest == nullptr) return std::optional<report::Earlier>{};
+  TRY(auto found, earlierOne(box, console, newest->id));
+  return std::optional{std::move(found)};
+}
+
 std::vector<messages::Requirement> requirementsOf(link::Client& box, Console& console) {
   auto says = ask<messages::DescribeMachine>(box, console);
   return says ? std::move(says->requirements) : std::vector<messages::Requirement>{};
