@@ -91,6 +91,8 @@ constexpr BlockValue kTool[]{{"X offset", mm, {{{result_key::kToolOffset, 0}, {r
 constexpr BlockValue kAssembly[]{{"L4", mm, {{{result_key::kCompensation, 2}}}},
                                  {"W2 along X", mm, {{{result_key::kCompensation, 0}}}},
                                  {"W2 along Y", mm, {{{result_key::kCompensation, 1}}}}};
+constexpr BlockValue kAssemblyLengths[]{{"L3", mm, {{{result_key::kAssembledLength, 0}}}},
+                                        {"gauge length", mm, {{{result_key::kGaugeLength, 0}}}}};
 constexpr BlockValue kStylus[]{{"X offset", mm, {{{result_key::kStylusOffset, 0}, {result_key::kStylusOffsetX, 0}}}},
                                {"Y offset", mm, {{{result_key::kStylusOffset, 1}, {result_key::kStylusOffsetY, 0}}}}};
 
@@ -98,8 +100,11 @@ constexpr ToolTable kTables[]{
     {"tool-", 1000, "tool", kTool, "tip of the tool from the head's reference, by tool-setter (B = 0)"},
     {"assembly-", 3000, "assembly", kAssembly,
      "for motion control: L4 to add to the length in store, W2 to the commanded position of the tip, which is at -W2 "
-     "from the spindle axis; L3 and W1 are in the result's page, for simulation"},
+     "from the spindle axis"},
     {"stylus-offset-", 5000, "stylus", kStylus, "tip of the probe's stylus from the spindle axis at A = 0"},
+    {"assembly-", 7000, "assembly for simulation", kAssemblyLengths,
+     "L3, from the holder's face to the tip; W1 is W2 of the table of assemblies: the tip stands at -W1 from the "
+     "spindle axis. The gauge length is L1 + L3, from the gauge line"},
 };
 
 }  // namespace

@@ -28,6 +28,7 @@ inline constexpr std::string_view kToolOffset = "tool_offset_mm";
 inline constexpr std::string_view kToolOffsetX = "tool_offset_x_mm", kToolOffsetZ = "tool_offset_z_mm";
 inline constexpr std::string_view kSetterX = "setter_x_mm", kSetterZ = "setter_z_mm", kLinkX = "link_x_mm";
 inline constexpr std::string_view kCompensation = "compensation_mm";
+inline constexpr std::string_view kAssembledLength = "assembled_length_mm", kGaugeLength = "gauge_length_mm";
 inline constexpr std::string_view kStylusOffset = "stylus_offset_mm";
 inline constexpr std::string_view kStylusOffsetX = "stylus_offset_x_mm", kStylusOffsetY = "stylus_offset_y_mm";
 

@@ -22,8 +22,8 @@ Outcome<Result, Refusal> solveToolAssembly(const Dataset& dataset);
 namespace quantity {
 
 // From the gauge line, L3 + L1 (C2): the length of the assembled tool in use.
-inline constexpr Quantity kGaugeLength{.key = "gauge_length_mm"};
-inline constexpr Quantity kAssembledLength{.key = "assembled_length_mm", .about = "L3 (C2)"};
+inline constexpr Quantity kGaugeLength{.key = result_key::kGaugeLength};
+inline constexpr Quantity kAssembledLength{.key = result_key::kAssembledLength, .about = "L3 (C2)"};
 
 inline constexpr Quantity kCompensation{
     .key = result_key::kCompensation,

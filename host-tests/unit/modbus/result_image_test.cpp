@@ -100,7 +100,11 @@ TEST(ResultImage, HasATableOfToolsThatOneRequestReadsARowOf) {
   RegisterImage image;
   const auto results = inForce(
       {{.subject = "tool-12", .result_id = 5, .values = {{"tool_offset_mm", {1.25, 0, -88.5}, {0.0005, 0, 0.001}}}},
-       {.subject = "assembly-99", .result_id = 6, .values = {{"compensation_mm", {0.1, 0.2, 0.3}, {}}}},
+       {.subject = "assembly-99",
+        .result_id = 6,
+        .values = {{"compensation_mm", {0.1, 0.2, 0.3}, {}},
+                   {"assembled_length_mm", {88.25}, {0.001}},
+                   {"gauge_length_mm", {150.5}, {}}}},
        {.subject = "stylus-offset-1", .result_id = 7, .values = {{"stylus_offset_x_mm", {0.5}, {}}}},
        {.subject = "tool-100", .result_id = 8, .values = {{"tool_offset_mm", {9, 9, 9}, {}}}}});
   for (const auto order : {WordOrder::high_first, WordOrder::low_first}) {
@@ -114,6 +118,12 @@ TEST(ResultImage, HasATableOfToolsThatOneRequestReadsARowOf) {
     EXPECT_EQ(image[row + 15], kInForce | 16 | 32 | 64);
     EXPECT_EQ(image[row + 16], 0) << "the next tool was not measured";
     EXPECT_NEAR(valueAt(image, 3000 + 16 * 98, order), 0.3, 1e-7) << "L4";
+    const std::uint16_t shown = 7000 + 16 * 98;
+    EXPECT_DOUBLE_EQ(valueAt(image, shown, order), 88.25) << "L3";
+    EXPECT_DOUBLE_EQ(valueAt(image, shown + 2, order), 150.5) << "gauge length";
+    EXPECT_EQ(valueAt(image, shown + 4, order), 88'250'000) << "nm";
+    EXPECT_EQ(image[shown + 8], 100) << "sd, 0.01 um";
+    EXPECT_EQ(image[shown + 15], kInForce | 16 | 32);
     EXPECT_EQ(image[5015], kInForce | 16) << "X alone";
   }
 }
