@@ -95,6 +95,62 @@ Outcome<AgreedTouches, Refusal> agreeOrNameAxes(const std::vector<Touch>& touche
                      "are not equally late"};
 }
 
+struct DroppedAlike {
+  std::string why;  // behind the name of the touch
+  std::vector<std::string> names;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();  // of the normals
+};
+
+// Touches of one place that differ alike at every speed did not slip: what repeats is form.
+bool isWholeSide(const DroppedAlike& group, const std::vector<TouchPlan>& plans) {
+  constexpr double kSameSide = 0.99;  // 8 degrees
+  if (group.names.size() < 2) return false;
+  const Eigen::Vector3d side = group.sum.normalized();
+  const auto is_there = [&](const TouchPlan& plan) { return plan.normal.dot(side) > kSameSide; };
+  const auto is_dropped = [&](const TouchPlan& plan) {
+    return std::ranges::find(group.names, plan.name) != group.names.end();
+  };
+  return std::ranges::all_of(plans, [&](const TouchPlan& plan) { return is_there(plan) == is_dropped(plan); });
+}
+
+std::string sideInWords(const Eigen::Vector3d& sum) {
+  Eigen::Index axis = 0;
+  const double most = sum.normalized().cwiseAbs().maxCoeff(&axis);
+  const auto round = [](double part) { return text(std::round(part * 100) / 100); };
+  const Eigen::Vector3d side = sum.normalized();
+  if (most > 0.99) return std::string{side[axis] < 0 ? "-" : "+"} + "XYZ"[axis];
+  return "(" + round(side[0]) + ", " + round(side[1]) + ", " + round(side[2]) + ")";
+}
+
+// One warning for all touches that were dropped for one reason.
+std::vector<std::string> droppedInWords(const std::vector<Refusal>& refusals, const std::vector<Dropped>& dropped,
+                                        const std::vector<TouchPlan>& plans) {
+  std::vector<DroppedAlike> groups;
+  for (std::size_t k = 0; k < refusals.size(); ++k) {
+    const auto& name = dropped[k].name;
+    const bool is_named = refusals[k].reason.starts_with(name + ": ");
+    const std::string why = is_named ? refusals[k].reason.substr(name.size() + 2) : refusals[k].reason;
+    auto group = std::ranges::find(groups, why, &DroppedAlike::why);
+    if (group == groups.end()) group = groups.insert(groups.end(), {why, {}});
+    group->names.push_back(name);
+    const auto plan = std::ranges::find(plans, name, &TouchPlan::name);
+    if (plan != plans.end()) group->sum += plan->normal;
+  }
+  std::vector<std::string> all;
+  for (const auto& group : groups) {
+    std::string names;
+    for (const auto& name : group.names) names += (names.empty() ? "" : ", ") + name;
+    all.push_back("dropped: " + names + ": " +
+                  (isWholeSide(group, plans)
+                       ? "all of the " + sideInWords(group.sum) +
+                             " side: the sides contradict one another, alike at every touch, which is lobing of the "
+                             "probe, form of the sphere or dirt on it, at this side or at another; touching again "
+                             "changes nothing, machine-check measures it"
+                       : group.why));
+  }
+  return all;
+}
+
 // Rows of a gain are machine axes: those of a probe at A are turned against those at A = 0.
 Eigen::Matrix3d turnedBack(double spindle_rad) {
   return Eigen::AngleAxisd{-spindle_rad, Eigen::Vector3d::UnitZ()}.toRotationMatrix();
@@ -123,7 +179,9 @@ Outcome<TouchDelay, Refusal> TouchDelay::measure(const Dataset& dataset, TouchQu
   TRY(auto agreed, std::move(judged));
   if (auto refusal = wrongFeature(feature, agreed.fit)) return *refusal;
   agreed = onWholeRecords(std::move(agreed), touches, question);
-  return TouchDelay{dataset, question, std::move(agreed), previous, spindle_rad};
+  std::vector<TouchPlan> plans;
+  for (const auto& touch : touches) plans.push_back(touch.plan);
+  return TouchDelay{dataset, question, std::move(agreed), std::move(plans), previous, spindle_rad};
 }
 
 Estimate TouchDelay::delay() const {
@@ -220,7 +278,8 @@ std::optional<Refusal> TouchDelay::addSizeCheck(Result& result) const {
 }
 
 void TouchDelay::addWarnings(Result& result) const {
-  for (const auto& refusal : touches_.refusals) result.warnings.push_back("dropped: " + refusal.reason);
+  for (auto& warning : droppedInWords(touches_.refusals, touches_.dropped, plans_))
+    result.warnings.push_back(std::move(warning));
   for (const auto& warning : touches_.noise.warnings) result.warnings.push_back(warning);
   if (touches_.own_delays) result.warnings.push_back(*touches_.own_delays);
   if (!touches_.common_gain) {

@@ -49,12 +49,13 @@ class TouchDelay {
   Covariance covarianceOf(std::span<const Estimate> estimates) const;
 
  private:
-  TouchDelay(const Dataset& dataset, const TouchQuestion& question, AgreedTouches touches, Eigen::VectorXd previous,
-             std::optional<double> spindle_rad)
+  TouchDelay(const Dataset& dataset, const TouchQuestion& question, AgreedTouches touches, std::vector<TouchPlan> plans,
+             Eigen::VectorXd previous, std::optional<double> spindle_rad)
       : dataset_{&dataset},
         question_{question},
         touches_{std::move(touches)},
         design_{touchDesign(touches_, question)},
+        plans_{std::move(plans)},
         previous_{std::move(previous)},
         spindle_rad_{spindle_rad} {}
 
@@ -65,6 +66,7 @@ class TouchDelay {
   TouchQuestion question_;
   AgreedTouches touches_;
   TouchDesign design_;
+  std::vector<TouchPlan> plans_;       // of all touches, dropped ones too
   Eigen::VectorXd previous_;           // s
   std::optional<double> spindle_rad_;  // while the probe touched; nothing where the case does not state it
 };
