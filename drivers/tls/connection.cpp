@@ -4,6 +4,7 @@
 #include <arpa/inet.h>
 #include <array>
 #include <cerrno>
+#include <ctime>
 #include <netinet/in.h>
 #include <openssl/bio.h>
 #include <openssl/err.h>
@@ -127,6 +128,11 @@ class TlsPipe final : public io::BytePipe {
 
   io::Transfer read(std::span<std::byte> into) override {
     carrier_.flush();
+    if (expires_ && state_ == io::PipeState::open && std::time(nullptr) > *expires_) {
+      state_ = io::PipeState::closed;
+      why_closed_ = "the certificate of " + person_.value_or("the peer") +
+                    " has expired while it was connected: put the next one there (probebox-keys, --renew)";
+    }
     std::size_t bytes = 0;
     for (int record = 0; record < kMostRecords && bytes == 0 && mayRead() && !into.empty(); ++record) {
       carrier_.takeReceived();
@@ -203,6 +209,9 @@ class TlsPipe final : public io::BytePipe {
     if (!person_ && SSL_is_init_finished(ssl_.get()) != 0) {
       const auto* certificate = SSL_get0_peer_certificate(ssl_.get());
       if (auto name = certificate == nullptr ? Outcome<std::string>{Error{}} : nameIn(*certificate)) person_ = *name;
+      tm date{};
+      if (certificate != nullptr && ASN1_TIME_to_tm(X509_get0_notAfter(certificate), &date) == 1)
+        expires_ = timegm(&date);
     }
     readiness_.wantRoom(carrier_.unsent() > 0);
     readiness_.bytesWait(SSL_pending(ssl_.get()) > 0);
@@ -214,6 +223,7 @@ class TlsPipe final : public io::BytePipe {
   Readiness readiness_;
   std::unique_ptr<SSL, FreeConnection> ssl_;
   std::optional<std::string> person_;
+  std::optional<std::time_t> expires_;  // the peer's certificate, by this computer's clock
   std::string why_closed_;
   io::PipeState state_{io::PipeState::open};
 };

@@ -59,7 +59,7 @@ Certificate unsignedCertificate(const Wanted& wanted, EVP_PKEY& key) {
   X509_set_version(made.get(), X509_VERSION_3);
   ASN1_INTEGER_set(X509_get_serialNumber(made.get()), ++serial);
   X509_gmtime_adj(X509_getm_notBefore(made.get()), wanted.first_day * kDay_s);
-  X509_gmtime_adj(X509_getm_notAfter(made.get()), wanted.last_day * kDay_s);
+  X509_gmtime_adj(X509_getm_notAfter(made.get()), wanted.last_day * kDay_s + wanted.last_second);
   X509_set_pubkey(made.get(), &key);
   auto names = wanted.more_names;
   if (!wanted.name.empty()) names.insert(names.begin(), wanted.name);

@@ -14,6 +14,7 @@ struct Wanted {
   std::string usage{"clientAuth"};  // of its key; empty: any
   int first_day{-1};
   int last_day{30};
+  int last_second{};  // beyond it
   std::vector<std::string> more_names{};  // further CNs
 };
 

@@ -185,6 +185,16 @@ TEST_F(TlsConnection, RefusesExpiredCertificates) {
   EXPECT_FALSE(box->person());
 }
 
+// Who is in when his certificate expires is let go then.
+TEST_F(TlsConnection, EndsWithTheCertificateOfThePeer) {
+  auto [carrier, box] = accepted();
+  auto host = connected(shop_.make("soon", {.name = "Ada", .last_day = 0, .last_second = 4}), std::move(carrier), *box);
+  ASSERT_TRUE(host);
+  EXPECT_EQ(box->person(), "Ada");
+  EXPECT_TRUE(ends(*box));
+  EXPECT_THAT(std::string{box->whyClosed()}, AllOf(HasSubstr("Ada"), HasSubstr("expired")));
+}
+
 TEST_F(TlsConnection, ShutsOutACertificateThatIsLostAndNoOtherOfThatPerson) {
   const auto lost = shop_.person("Ada");
   auto [carrier, box] = accepted({Shop::fingerprint(lost)});
