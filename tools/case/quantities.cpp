@@ -104,7 +104,6 @@ Label quantityLabel(const std::string& key, std::string_view axis) {
   } else if (!axis.empty() && known->of_axis == metrology::OfRotaryAxis::location) {
     label.name = std::string{known->axes[first]} + "O" + std::string{axis};
   } else {
-    if (!known->name.empty()) label.name = known->name;
     label.name += std::string{" "} + known->axes[first];
   }
   return label;

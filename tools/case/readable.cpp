@@ -71,12 +71,10 @@ bool zeroByDefinition(const metrology::Estimate& estimate, std::size_t k) {
   return certain && std::ranges::any_of(estimate.sd, [](double sd) { return sd > 0.0; });
 }
 
-Label labelOf(std::string_view key) {
-  if (const auto index = key.find('['); index != std::string::npos) {
-    Label label = labelOf(key.substr(0, index));
-    label.name += key.substr(index);
-    return label;
-  }
+namespace {
+
+// Named as its key is, without the unit.
+Label labelByKey(std::string_view key) {
   if (key == kMeasuredAt) return {"measured_at", std::string{kUtc}, 1.0};
   const auto ends = [&](std::string_view suffix) { return key.ends_with(suffix); };
   const auto without = [&](std::string_view suffix) { return std::string{key.substr(0, key.size() - suffix.size())}; };
@@ -94,6 +92,18 @@ Label labelOf(std::string_view key) {
                                                              : Label{without("_rad"), "deg", 1 / kDegree};
   if (ends("_s")) return {without("_s"), "us", 1e6};
   return {std::string{key}, "", 1.0};
+}
+
+}  // namespace
+
+Label labelOf(std::string_view key) {
+  const auto index = std::min(key.find('['), key.size());
+  const auto stem = key.substr(0, index);
+  Label label = labelByKey(stem);
+  if (const auto* known = metrology::quantityOf(stem); known != nullptr && !known->name.empty())
+    label.name = known->name;
+  label.name += key.substr(index);
+  return label;
 }
 
 std::string valueText(const Label& label, double value, std::optional<double> sd) {

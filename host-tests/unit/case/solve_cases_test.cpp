@@ -200,7 +200,7 @@ TEST(Readable, HasOneUnitForAKindOfValueAndTwoDigitsOfItsSd) {
   EXPECT_EQ(read("effective_diameter_mm", 30.99991, 0.000123), "effective_diameter 30.99991 +/- 0.00012 mm");
   EXPECT_EQ(read("speed_mm_s", 12.5, std::nullopt), "speed 12.5 mm/s");
   EXPECT_EQ(read("ratio", 0.25, std::nullopt), "ratio 0.25");
-  EXPECT_EQ(read("tau_s[2]", 5.4471e-3, 5.0e-6), "tau[2] 5447.1 +/- 5.0 us");
+  EXPECT_EQ(read("tau_s[2]", 5.4471e-3, 5.0e-6), "delay[2] 5447.1 +/- 5.0 us");
   EXPECT_EQ(read("EXC_at_60_deg_mm", 0.25779, 0.00028), "EXC_at_60_deg 0.25779 +/- 0.00028 mm");
   EXPECT_EQ(read("x_mm", 1e308, 0.1), "x 1e+308 +/- 0.10 mm") << "no three hundred digits";
 }

@@ -86,7 +86,7 @@ environment = "20.3 +/- 0.5 degrees"
   const auto text = certificatePage(subject, facts_, "1.2.3", &*stated);
   EXPECT_EQ(WellFormed::objectionTo(text), "");
   for (const auto* words : {"Shop &lt;metrology&gt;, Mill Lane 1, Town, DE", "D-K-00000-01", "Turner Ltd", "Hall 2",
-                            "serial number 4711", "20.3 +/- 0.5 degrees", "result 12"})
+                            "serial number 4711", "20.3 \u00b1 0.5 degrees", "result 12"})
     EXPECT_THAT(text, HasSubstr(words));
   EXPECT_THAT(text, HasSubstr("<td>received</td><td>not stated</td>"));
   EXPECT_THAT(text, HasSubstr("<td>delay</td><td class=\"n\">5163</td><td class=\"n\">5203</td>"))
