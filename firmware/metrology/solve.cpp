@@ -19,8 +19,8 @@ Solved solve(const Dataset& dataset, const Method& method) {
     if (auto refusal = check.before(dataset, method)) return *std::move(refusal);
   }
   auto solved = withUncertainty(dataset, method, storedLength);
-  if (!solved) return withLikelyCause(dataset, method, std::move(solved).error());
-  TRY(const auto mended, mendFaults(dataset, method, solved.value()));
+  TRY(const auto mended,
+      solved ? mendFaults(dataset, method, solved.value()) : mendRefused(dataset, method, std::move(solved).error()));
   if (mended.changed()) solved = solveMended(mended, method, storedLength);
   if (!solved) return solved;
   for (const auto& check : checks()) {
@@ -28,6 +28,7 @@ Solved solve(const Dataset& dataset, const Method& method) {
     if (auto refusal = check.after(dataset, method, solved.value())) return *std::move(refusal);
   }
   nameLikelyCauses(mended.dataset, method, solved.value());
+  nameOtherUnits(mended.dataset, method, solved.value());
   if (method.judge == nullptr) return solved;
   if (auto refusal = method.judge(dataset, solved.value())) return *refusal;
   return solved;

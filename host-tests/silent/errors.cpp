@@ -100,7 +100,7 @@ std::span<const ErrorKind> errorKinds() {
       {Err::vibration, "vibration", "1 um", {}, {"vibration", "correlated", "residuals-exceed-noise"}},
       {Err::uneven_screw, "uneven screw", "5 K of 100 mm", {scale}, {"evenly", "scale"}},
       {Err::run_out, "run-out", "2 um twice a turn", {causeName(kErrorMotion)}},
-      {Err::outlier, "outlier", "0.05 mm", {}, {"reading-left-out", "outlier", "slip"}},
+      {Err::outlier, "outlier", "0.05 mm", {}, {"reading-left-out", "dropped", "outlier", "slip", "dirt"}},
       {Err::diameters, "diameters", "X", {}, {"x-in-diameters", "diameters"}},
       {Err::inches, "inches", "all", {}, {"inches"}},
   };

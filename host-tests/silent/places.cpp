@@ -193,7 +193,7 @@ void sortByAngle(Table& first) {
 }
 
 Case rotaryErrors(const Errors& errors, Random& random) {
-  if (!readsBallsAsWell(errors)) return std::nullopt;
+  if (!readsBallsAsWell(errors) || errors.has(Err::run_out)) return std::nullopt;  // run-out is in the answer
   RotaryTable table = randomTable(std::size_t{8}, random);
   Dataset dataset = rotaryDataset(table, plateOf(4, 120), kNoise_mm, random);
   sortByAngle(tableNamed(dataset, "first"));

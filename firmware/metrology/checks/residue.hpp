@@ -62,8 +62,8 @@ struct Comparison {
   double score{};
 };
 
-// By an F test. Coordinates may scatter differently: each is measured by what is left of it, of which the fewer degrees
-// of freedom count.
+// By an F test; by the stated noise where what is left agrees with it. Coordinates may scatter differently: each is
+// measured by what is left of it, of which the fewer degrees of freedom count.
 Comparison compareHypotheses(const Residue& before, const Residue& after, std::size_t unknowns, double least_variance);
 
 // An explanation of the residuals, and the case without what it names.
