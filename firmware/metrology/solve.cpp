@@ -19,8 +19,8 @@ Solved solve(const Dataset& dataset, const Method& method) {
     if (auto refusal = check.before(dataset, method)) return *std::move(refusal);
   }
   auto solved = withUncertainty(dataset, method, storedLength);
-  TRY(const auto mended,
-      solved ? mendFaults(dataset, method, solved.value()) : mendRefused(dataset, method, std::move(solved).error()));
+  if (!solved) return withLikelyCause(dataset, method, std::move(solved).error());
+  TRY(const auto mended, mendFaults(dataset, method, solved.value()));
   if (mended.changed()) solved = solveMended(mended, method, storedLength);
   if (!solved) return solved;
   for (const auto& check : checks()) {

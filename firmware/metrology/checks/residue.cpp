@@ -100,23 +100,6 @@ double leastVarianceOf(const Residue& residue) {
   return std::max({kLeastNoise_mm * kLeastNoise_mm, digit_mm * digit_mm / 12, half_mm * half_mm});
 }
 
-namespace {
-
-// Chance of as much by the stated noise, where that is what is left of squares that were a hundred times as large: with
-// few readings nothing else tells a gross fault.
-std::optional<double> chanceByStatedNoise(const Residue& before, const Residue& after, std::size_t unknowns) {
-  constexpr double kAgrees = 1e-3, kGross = 100;
-  const auto sigma = configPositive(after.dataset, key::kSigma.name);
-  if (!sigma || !*sigma || after.dof == 0) return std::nullopt;
-  const double variance = **sigma * **sigma, left = after.squares() / variance, was = before.squares() / variance;
-  const auto dof = static_cast<double>(after.dof);
-  if (was < kGross * std::max(left, dof) || ChiSquareLaw{after.dof}.probabilityAbove(left / dof) < kAgrees)
-    return std::nullopt;
-  return ChiSquareLaw{unknowns}.probabilityAbove((was - left) / static_cast<double>(unknowns));
-}
-
-}  // namespace
-
 Comparison compareHypotheses(const Residue& before, const Residue& after, std::size_t unknowns, double least_variance) {
   if (unknowns == 0 || before.dof <= unknowns) return {};
   const auto was = byPart(before), is = byPart(after);
@@ -135,9 +118,22 @@ Comparison compareHypotheses(const Residue& before, const Residue& after, std::s
   }
   if (!(less > 0)) return {};
   const ChiSquareLaw law{unknowns, std::max<std::size_t>(1, (before.dof - unknowns) / parts)};
-  const double by_scatter = law.probabilityAbove(less / static_cast<double>(unknowns));
-  const double by_noise = chanceByStatedNoise(before, after, unknowns).value_or(1);
-  return {std::min(by_scatter, by_noise), dof * std::log1p(less / dof)};
+  return {law.probabilityAbove(less / static_cast<double>(unknowns)), dof * std::log1p(less / dof)};
+}
+
+Comparison compareByStatedNoise(const Residue& before, const Residue& after, std::size_t unknowns,
+                                double least_variance) {
+  constexpr double kAgrees = 1e-3, kGross = 100;
+  auto found = compareHypotheses(before, after, unknowns, least_variance);
+  const auto sigma = configPositive(after.dataset, key::kSigma.name);
+  if (!sigma || !*sigma || after.dof == 0 || unknowns == 0) return found;
+  const double variance = **sigma * **sigma, left = after.squares() / variance, was = before.squares() / variance;
+  const auto dof = static_cast<double>(after.dof);
+  if (was < kGross * std::max(left, dof) || ChiSquareLaw{after.dof}.probabilityAbove(left / dof) < kAgrees)
+    return found;
+  const ChiSquareLaw law{unknowns};
+  found.chance = std::min(found.chance, law.probabilityAbove((was - left) / static_cast<double>(unknowns)));
+  return found;
 }
 
 }  // namespace probebox::metrology

@@ -121,7 +121,7 @@ std::optional<Refusal> refuseTransformed(const Residue& first, const Method& met
     const auto after = residueOf(dataset, method);
     if (!after || after->dof != first.dof) continue;
     // The unit or the sign is one unknown, at the best value of which the squares are as few or fewer.
-    const auto found = compareHypotheses(first, *after, 1, least);
+    const auto found = compareByStatedNoise(first, *after, 1, least);
     const double left = std::max(after->squares(), least * static_cast<double>(first.dof));
     if (found.chance > kByChance * 10 || first.squares() < kWrongByFar * left || found.score <= best) continue;
     best = found.score;
@@ -183,10 +183,10 @@ std::optional<Explanation> explainByRows(const Residue& before, const Method& me
     so_far.after = *std::move(best);
     choices *= static_cast<double>(readings - k) / static_cast<double>(tried);
     const auto& with = found ? found->after : before;
-    so_far.found = compareHypotheses(with, so_far.after, with.dof - so_far.after.dof, least);
+    so_far.found = compareByStatedNoise(with, so_far.after, with.dof - so_far.after.dof, least);
     if (so_far.found.chance * choices >= kByChance) continue;
     found = so_far;
-    found->found = compareHypotheses(before, so_far.after, before.dof - so_far.after.dof, least);
+    found->found = compareByStatedNoise(before, so_far.after, before.dof - so_far.after.dof, least);
     choices = 1;
     tried = 0;
   }
@@ -293,6 +293,23 @@ Outcome<Mended, Refusal> mendReadings(const Dataset& dataset, const Method& meth
   }
 }
 
+// Without which readings, or drift, a refused case is solved, as a part of a sentence; empty of none. The stated noise
+// tells a gross fault where few readings are left.
+Outcome<std::string, Refusal> mendOnce(const Dataset& dataset, Dataset unweighted, const Method& method,
+                                       const std::optional<Residue>& before) {
+  for (const Dataset& by : {std::move(unweighted), dataset}) {
+    TRY(auto mended, mendReadings(by, method, before));
+    if (!mended.changed()) continue;
+    for (const auto& [key, value] : dataset.config) mended.dataset.config.try_emplace(key, value);
+    if (!method.solver(mended.dataset)) continue;
+    std::string rows;
+    for (const auto& dropped : mended.dropped) rows += (rows.empty() ? "" : ", ") + dropped.name;
+    if (rows.empty()) return std::string{"; without a drift of the readings in their order it is solved"};
+    return "; without " + rows + " it is solved: look for a slip, dirt or a mistyped digit there, and read it again";
+  }
+  return std::string{};
+}
+
 }  // namespace
 
 Outcome<Mended, Refusal> mendFaults(const Dataset& dataset, const Method& method, const Result& first) {
@@ -326,24 +343,19 @@ void nameOtherUnits(const Dataset& dataset, const Method& method, Result& result
   }
 }
 
-Outcome<Mended, Refusal> mendRefused(const Dataset& dataset, const Method& method, Refusal refusal) {
+Refusal withLikelyCause(const Dataset& dataset, const Method& method, Refusal refusal) {
   if (auto unit = otherUnitOfStreams(dataset, method, nullptr)) return *std::move(unit);
   if (!isOfStreams(dataset, method) && method.solver(inMillimetres(dataset, method).dataset))
     refusal.reason += "; with the coordinates taken for inches it is solved: are they?";
   constexpr std::array<std::string_view, 3> kOfResiduals{"residual-too-large", kReadingsContradict, "steps-disagree"};
   if (std::ranges::find(kOfResiduals, refusal.name) == kOfResiduals.end()) return refusal;
   // A sigma that nobody states refuses nothing, and shows by how much the residuals fall.
-  const std::string sigma{key::kSigma.name};
   Dataset unweighted = dataset;
-  unweighted.config.erase(sigma);
+  unweighted.config.erase(std::string{key::kSigma.name});
   const auto before = residueOf(unweighted, method);
-  for (const Dataset* by : std::array<const Dataset*, 2>{&unweighted, &dataset}) {
-    TRY(auto mended, mendReadings(*by, method, before));
-    if (!mended.changed()) continue;
-    if (const auto noise = dataset.config.find(sigma); noise != dataset.config.end())
-      mended.dataset.config.insert(*noise);
-    if (method.solver(mended.dataset)) return mended;
-  }
+  const auto mended = mendOnce(dataset, unweighted, method, before);
+  if (!mended) return mended.error();
+  refusal.reason += *mended;
   for (auto& [name, reason, transformed] : transformsOf(dataset, method)) {
     const auto after = residueOf(transformed, method);
     if (after && before ? after->dof > 1 && before->squares() >= kWrongByFar * after->squares()

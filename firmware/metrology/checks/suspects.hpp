@@ -44,8 +44,8 @@ Solved solveMended(const Mended& mended, const Method& method, StoreReader store
 // Adds to a warning about residuals with which unit or sign they are gone. dataset: as it was solved.
 void nameOtherUnits(const Dataset& dataset, const Method& method, Result& result);
 
-// A refused case without the reading or the drift that makes it refused; else its refusal, by the name of the fault
-// without which it is solved, if there is one, and with its likely causes.
-Outcome<Mended, Refusal> mendRefused(const Dataset& dataset, const Method& method, Refusal refusal);
+// The refusal of a case, by the name of the unit or sign with which it is solved, if there is one; where its residuals
+// refuse it, with the readings or the drift without which it is solved, and with likely causes.
+Refusal withLikelyCause(const Dataset& dataset, const Method& method, Refusal refusal);
 
 }  // namespace probebox::metrology

@@ -78,11 +78,11 @@ std::optional<Refusal> warnOfUnusualScatter(const Dataset& dataset, const Method
 }
 
 std::optional<Refusal> warnOfInches(const Dataset&, const Method&, Result& result) {
-  constexpr double kFewer = 12, kMostChance = 0.004;
+  constexpr double kLeast = 0.002, kMost = 1.0 / 12, kMostChance = 0.004;  // exact numbers scatter less
   const auto law = lawOf(result);
   if (!law || law->noise_dof > 0 || result.residuals.unit != "mm") return std::nullopt;
   const double share = std::sqrt(*result.chi2_reduced);
-  if (share > 1 / kFewer || law->probabilityBelow(*result.chi2_reduced) > kMostChance) return std::nullopt;
+  if (share < kLeast || share > kMost || law->probabilityBelow(*result.chi2_reduced) > kMostChance) return std::nullopt;
   result.warnings.push_back(std::string{kLengthsInInches} + ": the readings scatter by " +
                             text(std::round(1e3 * share) / 10) +
                             " % of their stated sigma; 4 % is left where coordinates are in inches and sigma is in mm: "

@@ -67,19 +67,19 @@ Posed posedOf(const capture::Recording& recording) {
   Posed posed;
   auto& [readings, reading_of_touch] = posed;
   const auto stops = stopsOf(recording);
-  std::vector<double> touches;  // of each reading
+  double touches = 0;  // of the last reading
   for (std::size_t touch = 0; touch < stops.size(); ++touch) {
     const auto& at = recording.touches()[touch].request;
     const bool by_shank = at.shank_height_mm > 0;
-    reading_of_touch.push_back(by_shank ? metrology::kAlone : at.reading);
+    const bool is_new = readings.empty() || readings.back().number != at.reading;
+    reading_of_touch.push_back(by_shank ? metrology::kAlone : readings.size() - (is_new ? 0 : 1));
     if (by_shank) continue;
     const double time_s = timeOf(recording, recording.touches()[touch]);
-    if (at.reading < readings.size()) {
-      Reading& reading = readings[at.reading];
-      reading.time_s += (time_s - reading.time_s) / ++touches[at.reading];
+    if (!is_new) {
+      readings.back().time_s += (time_s - readings.back().time_s) / ++touches;
       continue;
     }
-    touches.push_back(1);
+    touches = 1;
     readings.push_back({.number = static_cast<double>(at.reading),
                         .ball = static_cast<double>(at.ball),
                         .a_rad = at.rotary_angles_rad[0],
