@@ -28,6 +28,7 @@ Solved solve(const Dataset& dataset, const Method& method) {
     if (auto refusal = check.after(dataset, method, solved.value())) return *std::move(refusal);
   }
   nameLikelyCauses(mended.dataset, method, solved.value());
+  nameOtherUnits(mended.dataset, method, solved.value());
   if (method.judge == nullptr) return solved;
   if (auto refusal = method.judge(dataset, solved.value())) return *refusal;
   return solved;

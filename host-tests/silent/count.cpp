@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "firmware/metrology/dataset/method_parts.hpp"
 #include "firmware/metrology/solve.hpp"
 #include "protocol/units/machine_accuracy.hpp"
 
@@ -45,17 +46,24 @@ bool says(const std::string& sentence, std::string_view words) {
   return false;
 }
 
-bool names(const std::string& sentence, const ErrorKind& error) {
+bool names(const std::string& sentence, const Errors& errors) {
   const auto isSaid = [&](std::string_view words) { return says(sentence, words); };
-  return std::ranges::any_of(error.causes, isSaid) || std::ranges::any_of(error.words, isSaid);
+  return std::ranges::any_of(errorKinds(), [&](const ErrorKind& error) {
+    return errors.has(error.err) &&
+           (std::ranges::any_of(error.causes, isSaid) || std::ranges::any_of(error.words, isSaid));
+  });
 }
 
 // Names a cause that was not put in.
-bool blames(const std::string& sentence, const ErrorKind& error) {
-  return std::ranges::any_of(errorKinds(), [&](const ErrorKind& other) {
-    return std::ranges::any_of(other.causes, [&](const std::string& cause) {
-      return std::ranges::find(error.causes, cause) == error.causes.end() && says(sentence, cause);
+bool blames(const std::string& sentence, const Errors& errors) {
+  const auto isOfThese = [&](const std::string& cause) {
+    return std::ranges::any_of(errorKinds(), [&](const ErrorKind& error) {
+      return errors.has(error.err) && std::ranges::find(error.causes, cause) != error.causes.end();
     });
+  };
+  return std::ranges::any_of(errorKinds(), [&](const ErrorKind& other) {
+    return std::ranges::any_of(other.causes,
+                               [&](const std::string& cause) { return !isOfThese(cause) && says(sentence, cause); });
   });
 }
 
@@ -67,7 +75,31 @@ std::string beginningOf(const std::string& warning) {
   return words;
 }
 
+bool turnsC(const Dataset& dataset) {
+  return std::ranges::any_of(dataset.tables, [](const Table& table) { return angleOfC(table) != nullptr; });
+}
+
 }  // namespace
+
+void Cell::add(const SimulatedCase& simulated, const Errors& errors) {
+  ++cases;
+  const auto solved = solve(simulated.dataset);
+  std::vector<std::string> sentences;
+  if (solved.ok()) {
+    sentences = solved->warnings;
+    for (const auto& warning : sentences) ++words[beginningOf(warning)];
+    const bool is_off = isOff(*solved, simulated.truth);
+    off += is_off ? 1U : 0U;
+    silent += is_off && sentences.empty() ? 1U : 0U;
+  } else {
+    sentences = {solved.error().name + " " + solved.error().reason};
+    ++words["refused: " + solved.error().name];
+    ++refused;
+  }
+  told += sentences.empty() ? 0U : 1U;
+  named += std::ranges::any_of(sentences, [&](auto& sentence) { return names(sentence, errors); }) ? 1U : 0U;
+  blamed += std::ranges::any_of(sentences, [&](auto& sentence) { return blames(sentence, errors); }) ? 1U : 0U;
+}
 
 void Cell::add(const Cell& other) {
   cases += other.cases, off += other.off, silent += other.silent, told += other.told, refused += other.refused,
@@ -75,30 +107,32 @@ void Cell::add(const Cell& other) {
   for (const auto& [word, times] : other.words) words[word] += times;
 }
 
-Cell count(const World& world, const ErrorKind& error, std::uint64_t cases, std::uint64_t seed) {
+Draw each(Err err, bool states_noise) {
+  return [=](Random&) { return Errors{.kinds = {err}, .states_noise = states_noise}; };
+}
+
+Draw mixed(bool states_noise) {
+  return [=](Random& random) {
+    std::vector<Err> kinds;
+    for (const auto& error : errorKinds())
+      if (error.err != Err::none && error.err != Err::diameters && error.err != Err::inches) kinds.push_back(error.err);
+    std::ranges::shuffle(kinds, random);
+    kinds.resize(2);
+    return Errors{std::move(kinds), std::exp2(std::uniform_real_distribution{-1.0, 1.0}(random)), states_noise};
+  };
+}
+
+Cell count(const World& world, const Draw& draw, std::uint64_t cases, std::uint64_t seed) {
+  constexpr std::uint64_t kMostTries = 8;  // for each case
   Cell cell;
   Random random{seed};
-  for (std::uint64_t k = 0; k < cases; ++k) {
-    auto simulated = world.make(error.err, random);
-    if (!simulated) return cell;
+  for (std::uint64_t tries = 0; cell.cases < cases && tries < kMostTries * cases; ++tries) {
+    const Errors errors = draw(random);
+    auto simulated = world.make(errors, random);
+    if (!simulated || (errors.has(Err::run_out) && !turnsC(simulated->dataset))) continue;
     for (const auto& key : kMachineErrors) simulated->dataset.config.erase(key.key);
-    ++cell.cases;
-    const auto solved = solve(simulated->dataset);
-    std::vector<std::string> told;
-    if (solved.ok()) {
-      told = solved->warnings;
-      for (const auto& warning : told) ++cell.words[beginningOf(warning)];
-      const bool off = isOff(*solved, simulated->truth);
-      cell.off += off ? 1U : 0U;
-      cell.silent += off && told.empty() ? 1U : 0U;
-    } else {
-      told = {solved.error().name + " " + solved.error().reason};
-      ++cell.words["refused: " + solved.error().name];
-      ++cell.refused;
-    }
-    cell.told += told.empty() ? 0U : 1U;
-    cell.named += std::ranges::any_of(told, [&](auto& words) { return names(words, error); }) ? 1U : 0U;
-    cell.blamed += std::ranges::any_of(told, [&](auto& words) { return blames(words, error); }) ? 1U : 0U;
+    if (!errors.states_noise) simulated->dataset.config.erase(std::string{key::kSigma.name});
+    cell.add(*simulated, errors);
   }
   return cell;
 }

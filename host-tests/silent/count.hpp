@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <string>
 
@@ -14,10 +15,19 @@ struct Cell {
   std::uint64_t cases{}, off{}, silent{}, told{}, refused{}, named{}, blamed{};
   std::map<std::string, std::uint64_t> words;  // beginnings of the warnings, and names of the refusals
 
+  void add(const SimulatedCase& simulated, const Errors& errors);
   void add(const Cell& other);
 };
 
-// Nothing counted where the readings do not have that error.
-Cell count(const World& world, const ErrorKind& error, std::uint64_t cases, std::uint64_t seed = 1);
+// What is put into the next case.
+using Draw = std::function<Errors(Random& random)>;
+
+// One error of its ordinary size; its first kind may be Err::none.
+Draw each(Err err, bool states_noise = true);
+// Two errors of machine and probe of half to twice their size.
+Draw mixed(bool states_noise = true);
+
+// Nothing counted where the readings do not have those errors.
+Cell count(const World& world, const Draw& draw, std::uint64_t cases, std::uint64_t seed = 1);
 
 }  // namespace probebox::metrology::silent

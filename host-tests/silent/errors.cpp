@@ -4,9 +4,11 @@
 #include <cmath>
 
 #include "firmware/metrology/checks/likely_causes.hpp"
+#include "firmware/metrology/dataset/method_parts.hpp"
 #include "firmware/metrology/methods.hpp"
 #include "firmware/metrology/uncertainty/machine_errors.hpp"
 #include "host-tests/metrology/cases.hpp"
+#include "protocol/units/angle.hpp"
 #include "protocol/units/machine_accuracy.hpp"
 
 namespace probebox::metrology::silent {
@@ -23,32 +25,53 @@ struct OffAxes {
   Vector3d scale = Vector3d::Zero(), warm_from = Vector3d::Constant(HUGE_VAL);
   double xy{}, xz{}, yz{};
 
-  OffAxes(Err err, Random& random) {
-    const auto either = [&](double size) { return uniform(random, 0, 1) < 0.5 ? -size : size; };
-    if (err == Err::scale) scale = Vector3d{either(kScale), either(kScale), either(kScale)};
-    if (err == Err::squareness)
+  OffAxes(const Errors& errors, Random& random) : warmth_{errors.size} {
+    const auto either = [&](double size) {
+      return uniform(random, 0, 1) < 0.5 ? -errors.size * size : errors.size * size;
+    };
+    if (errors.has(Err::scale)) scale = Vector3d{either(kScale), either(kScale), either(kScale)};
+    if (errors.has(Err::squareness))
       xy = either(kSquareness_rad), xz = either(kSquareness_rad), yz = either(kSquareness_rad);
-    if (err == Err::uneven_screw)
+    if (errors.has(Err::uneven_screw))
       for (double& from : warm_from) from = uniform(random, -60, 20);
   }
   Vector3d operator()(const Vector3d& at) const {
     Vector3d off = scale.cwiseProduct(at) + Vector3d{xy * at.y() + xz * at.z(), yz * at.z(), 0};
     const auto warmth = [&](double place, Index k) {
-      return std::isinf(warm_from[k]) ? 0 : kWarmStrain * std::clamp(place - warm_from[k], 0.0, kWarmSegment_mm);
+      return std::isinf(warm_from[k]) ? 0
+                                      : warmth_ * kWarmStrain * std::clamp(place - warm_from[k], 0.0, kWarmSegment_mm);
     };
     for (Index k = 0; k < 3; ++k) off[k] += warmth(at[k], k) - warmth(0, k);
     return off;
   }
+
+ private:
+  double warmth_;
 };
 
-Vector3d atContact(Err err, const Vector3d* side) {
+Vector3d atContact(const Errors& errors, const Vector3d* side) {
   const Vector3d from_above{0, 0, 1};
   const Vector3d& n = side != nullptr ? *side : from_above;
-  if (err == Err::lost_motion) return kLost_mm / 2 * n;
-  if (err == Err::hysteresis) return kHysteresis_mm / 2 * n;
-  if (err == Err::lobing && side != nullptr) return lobe_mm(n) * n;
-  return Vector3d::Zero();
+  double outwards = 0;
+  if (errors.has(Err::lost_motion)) outwards += kLost_mm / 2;
+  if (errors.has(Err::hysteresis)) outwards += kHysteresis_mm / 2;
+  if (errors.has(Err::lobing) && side != nullptr) outwards += lobe_mm(n);
+  return errors.size * outwards * n;
 }
+
+// Twice a turn.
+struct RunOut {
+  double size_mm{}, phase{};
+
+  RunOut(const Errors& errors, Random& random) {
+    if (errors.has(Err::run_out)) size_mm = errors.size * kRunOut_mm, phase = uniform(random, 0, kTurn);
+  }
+  Vector3d at(const Column* c, std::size_t row) const {
+    if (c == nullptr || size_mm == 0) return Vector3d::Zero();
+    const double twice = 2 * c->values[row] * (isInDegrees(c->name) ? kDegree : 1) + phase;
+    return {size_mm * std::cos(twice), size_mm * std::sin(twice), 0};
+  }
+};
 
 // Of every stated size.
 std::vector<std::string> sizes() {
@@ -76,6 +99,10 @@ std::span<const ErrorKind> errorKinds() {
       {Err::curvature, "curvature", "1 %", {causeName(metrology::kCurvature)}, {"the probe's gain"}},
       {Err::vibration, "vibration", "1 um", {}, {"vibration", "correlated", "residuals-exceed-noise"}},
       {Err::uneven_screw, "uneven screw", "5 K of 100 mm", {scale}, {"evenly", "scale"}},
+      {Err::run_out, "run-out", "2 um twice a turn", {causeName(kErrorMotion)}},
+      {Err::outlier, "outlier", "0.05 mm", {}, {"reading-left-out", "dropped", "outlier", "slip", "dirt"}},
+      {Err::diameters, "diameters", "X", {}, {"x-in-diameters", "diameters"}},
+      {Err::inches, "inches", "all", {}, {"inches"}},
   };
   return kinds;
 }
@@ -84,12 +111,20 @@ double lobe_mm(const Vector3d& normal) {
   return kLobing_mm * std::hypot(normal.x(), normal.y()) * std::cos(3 * std::atan2(normal.y(), normal.x()));
 }
 
-void disturb(Dataset& dataset, const std::vector<PlacesRead>& places, const Vector3d& about, Err err, Random& random,
-             double right_at_min) {
-  const OffAxes axes{err, random};
+const Column* angleOfC(const Table& table) {
+  const auto found = std::ranges::find_if(table.columns, [](const Column& column) {
+    return column.name.starts_with("C_") || column.name.starts_with("phi_");
+  });
+  return found == table.columns.end() ? nullptr : &*found;
+}
+
+void disturb(Dataset& dataset, const std::vector<PlacesRead>& places, const Vector3d& about, const Errors& errors,
+             Random& random, double right_at_min) {
+  const OffAxes axes{errors, random};
+  const RunOut run_out{errors, random};
   Vector3d drift = Vector3d::Zero();
-  if (err == Err::drift)
-    for (double& rate : drift) rate = uniform(random, 0, 1) < 0.5 ? -kDrift_mm_per_min : kDrift_mm_per_min;
+  if (errors.has(Err::drift))
+    for (double& rate : drift) rate = (uniform(random, 0, 1) < 0.5 ? -errors.size : errors.size) * kDrift_mm_per_min;
   double minute = 0;
   for (const auto& in : places) {
     for (std::size_t row = 0; row < tableNamed(dataset, in.table).rows(); ++row, ++minute) {
@@ -102,12 +137,30 @@ void disturb(Dataset& dataset, const std::vector<PlacesRead>& places, const Vect
       each([&](Index k, double value) { at[k] = value; });
       Vector3d off = axes(at - about) + (minute - right_at_min) * drift;
       const Vector3d side = in.side ? in.side(row) : Vector3d::Zero();
-      off += atContact(err, in.side ? &side : nullptr);
-      if (err == Err::vibration)
-        for (double& value : off) value += gauss(random, kVibration_mm);
+      off += atContact(errors, in.side ? &side : nullptr) + run_out.at(angleOfC(tableNamed(dataset, in.table)), row);
+      if (errors.has(Err::vibration))
+        for (double& value : off) value += gauss(random, errors.size * kVibration_mm);
       each([&](Index k, double& value) { value += off[k]; });
     }
   }
+  slip(dataset, places, errors, random);
+}
+
+void slip(Dataset& dataset, const std::vector<PlacesRead>& places, const Errors& errors, Random& random) {
+  std::vector<double*> readings;
+  for (const auto& in : places) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (in.columns.at(k).empty()) continue;
+      for (double& value : columnNamed(dataset, in.table, in.columns.at(k))) {
+        if (errors.has(Err::diameters) && k == 0) value *= 2;
+        if (errors.has(Err::inches)) value /= kInch_mm;
+        readings.push_back(&value);
+      }
+    }
+  }
+  if (!errors.has(Err::outlier)) return;
+  const auto one = std::uniform_int_distribution<std::size_t>{0, readings.size() - 1}(random);
+  *readings[one] += uniform(random, 0, 1) < 0.5 ? -kOutlier_mm : kOutlier_mm;
 }
 
 }  // namespace probebox::metrology::silent

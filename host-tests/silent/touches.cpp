@@ -29,81 +29,103 @@ double besideTheRate(double machine_rate_hz) {
   return machine_rate_hz - 5;
 }
 
-// Errors that the simulation has of its own.
-void put(Err err, Scene& scene) {
-  auto& errors = scene.errors;
+// Errors that the simulation has of its own. A drift is per reading, which here is a touch.
+void put(const Errors& errors, Scene& scene) {
+  auto& of = scene.errors;
   scene.every_s = kBetweenTouches_s;
-  if (err == Err::lost_motion) errors.lost_motion_mm.setConstant(kLost_mm);
-  if (err == Err::hysteresis) errors.hysteresis_mm = kHysteresis_mm;
-  if (err == Err::drift) errors.drift_mm_min.setConstant(kDrift_mm_per_min);
-  if (err == Err::lobing) errors.form_mm = lobe_mm;
-  if (err == Err::curvature) errors.curvature_per_mm.setConstant(kCurvature / scene.overtravel_mm);
-  if (err == Err::vibration) {
-    errors.axes_hz = besideTheRate(scene.machine_rate_hz);
-    errors.axes_amplitude_mm.setConstant(kVibration_mm);
+  if (errors.has(Err::lost_motion)) of.lost_motion_mm.setConstant(errors.size * kLost_mm);
+  if (errors.has(Err::hysteresis)) of.hysteresis_mm = errors.size * kHysteresis_mm;
+  if (errors.has(Err::drift)) of.drift_mm_min.setConstant(errors.size * kDrift_mm_per_min * 60 / kBetweenTouches_s);
+  if (errors.has(Err::lobing)) of.form_mm = [size = errors.size](const Vector3d& n) { return size * lobe_mm(n); };
+  if (errors.has(Err::curvature)) of.curvature_per_mm.setConstant(errors.size * kCurvature / scene.overtravel_mm);
+  if (errors.has(Err::vibration)) {
+    of.axes_hz = besideTheRate(scene.machine_rate_hz);
+    of.axes_amplitude_mm.setConstant(errors.size * kVibration_mm);
   }
 }
 
-void misstate(Dataset& dataset, std::string_view key) {
-  auto& size = std::get<double>(dataset.config.at(std::string{key}));
-  size += kBall_mm;
+void misstate(Dataset& dataset, std::string_view key, const Errors& errors) {
+  std::get<double>(dataset.config.at(std::string{key})) += errors.size * kBall_mm;
 }
 
-// What the axes' own errors do to the places between which the samples lie.
-void disturbStream(Dataset& dataset, const Vector3d& about, Err err, Random& random) {
-  if (err == Err::scale || err == Err::squareness || err == Err::uneven_screw)
-    disturb(dataset, {{.table = "machine"}}, about, err, random);
+constexpr std::array kOfAxes{Err::scale, Err::squareness, Err::uneven_screw};
+constexpr std::array kSlips{Err::diameters, Err::inches};
+
+// Those of these kinds alone.
+Errors only(const auto& kinds, Errors errors) {
+  std::erase_if(errors.kinds, [&](Err err) { return std::ranges::find(kinds, err) == kinds.end(); });
+  return errors;
 }
 
-bool isOfAxes(Err err) {
-  return err == Err::scale || err == Err::squareness || err == Err::uneven_screw;
+bool isOfAxes(const Errors& errors) {
+  return !only(kOfAxes, errors).kinds.empty();
 }
 
-std::optional<Dataset> touched(Scene& scene, Err err, Random& random) {
+// One touch meets dirt.
+void dirty(Dataset& dataset, Random& random) {
+  const Table touches = tableNamed(dataset, "touches");
+  const auto row = std::uniform_int_distribution<std::size_t>{0, touches.rows() - 1}(random);
+  const auto numbers = columnNamed(dataset, "machine", "touch");
+  for (const auto& [place, normal] : {std::pair{"x_mm", "nx"}, {"y_mm", "ny"}, {"z_mm", "nz"}}) {
+    auto& values = columnNamed(dataset, "machine", place);
+    for (std::size_t sample = 0; sample < values.size(); ++sample)
+      if (numbers[sample] == (*touches.column("touch"))[row])
+        values[sample] += kOutlier_mm * (*touches.column(normal))[row];
+  }
+}
+
+// What the axes' own errors do to the places between which the samples lie, and slips.
+void disturbStream(Dataset& dataset, const Vector3d& about, const Errors& errors, Random& random) {
+  const std::vector<PlacesRead> samples{{.table = "machine"}};
+  disturb(dataset, samples, about, only(kOfAxes, errors), random);
+  if (errors.has(Err::outlier)) dirty(dataset, random);
+  slip(dataset, samples, only(kSlips, errors), random);
+}
+
+std::optional<Dataset> touched(Scene& scene, const Errors& errors, Random& random) {
   scene = simulation::shuffled(std::move(scene), random);
-  put(err, scene);
+  put(errors, scene);
   Dataset dataset = simulation::measure(scene, random);
   const auto* size = scene.method == "delay-plates" ? "gap_mm" : "effective_diameter_mm";
-  if (err == Err::wrong_ball) {
+  if (errors.has(Err::wrong_ball)) {
     if (!dataset.config.contains(size)) return std::nullopt;
-    misstate(dataset, size);
+    misstate(dataset, size, errors);
   }
-  if (isOfAxes(err) && scene.inverse) return std::nullopt;
-  disturbStream(dataset, scene.centre_mm, err, random);
+  disturbStream(dataset, scene.centre_mm, errors, random);
   return dataset;
 }
 
-std::optional<SimulatedCase> delay(Scene scene, Err err, Random& random) {
-  auto dataset = touched(scene, err, random);
+std::optional<SimulatedCase> delay(Scene scene, const Errors& errors, Random& random) {
+  auto dataset = touched(scene, errors, random);
   if (!dataset) return std::nullopt;
   return SimulatedCase{*std::move(dataset), {{"tau_s", {scene.tau()}}, {"tau_axis_s", delaysOf(scene)}}};
 }
 
 // The default plan of a run of touches: two speeds, and the first touch again.
 template <Scene (*scene_of)()>
-std::optional<SimulatedCase> atTwoSpeeds(Err err, Random& random) {
+std::optional<SimulatedCase> atTwoSpeeds(const Errors& errors, Random& random) {
   Scene scene = scene_of();
   const double fast = scene.speeds_mm_s.front();
   for (const double speed : {0.4 * fast, fast})
     for (const auto& normal : scene.normals) scene.visits.push_back({normal, speed});
   scene.visits.push_back(scene.visits.front());
-  return delay(std::move(scene), err, random);
+  return delay(std::move(scene), errors, random);
 }
 
 template <Scene (*scene_of)()>
-std::optional<SimulatedCase> atOneSpeed(Err err, Random& random) {
-  return delay(scene_of(), err, random);
+std::optional<SimulatedCase> atOneSpeed(const Errors& errors, Random& random) {
+  return delay(scene_of(), errors, random);
 }
 
 Scene severalSpeeds() {
   return {};
 }
 
-std::optional<SimulatedCase> feature(Err err, Random& random) {
+std::optional<SimulatedCase> feature(const Errors& errors, Random& random) {
   Scene scene = simulation::knownSphere();
   scene.normals = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0.8, 0.6, 0}};
   scene.speeds_mm_s = {10, 25};
-  auto dataset = touched(scene, err, random);
+  auto dataset = touched(scene, errors, random);
   dataset->method = "delay-feature";
   auto size = dataset->config.extract("effective_diameter_mm");
   dataset->config["size_mm"] = size.mapped();
@@ -112,35 +134,37 @@ std::optional<SimulatedCase> feature(Err err, Random& random) {
   return SimulatedCase{*std::move(dataset), {{"tau_s", {scene.tau()}}}};
 }
 
-std::optional<SimulatedCase> joints(Err err, Random& random) {
+std::optional<SimulatedCase> joints(const Errors& errors, Random& random) {
   const Arm arm;
   Scene scene = metrology::scene(arm);
-  if (isOfAxes(err)) return std::nullopt;
-  put(err, scene);
+  if (isOfAxes(errors) || !only(kSlips, errors).kinds.empty() || errors.has(Err::outlier)) return std::nullopt;
+  put(errors, scene);
   Dataset dataset = measured(scene, arm, random);
-  if (err == Err::wrong_ball) misstate(dataset, "effective_diameter_mm");
+  if (errors.has(Err::wrong_ball)) misstate(dataset, "effective_diameter_mm", errors);
   return SimulatedCase{std::move(dataset), {{"tau_joint_s", delaysOf(scene)}}};
 }
 
-std::optional<SimulatedCase> machineCheck(Err err, Random& random) {
+std::optional<SimulatedCase> machineCheck(const Errors& errors, Random& random) {
   Scene scene = simulation::machineCheck();
-  auto dataset = touched(scene, err, random);
+  auto dataset = touched(scene, errors, random);
   if (!dataset) return std::nullopt;
-  const auto& errors = scene.errors;
+  const auto& of = scene.errors;
   const auto list = [](const Vector3d& v) { return std::vector<double>{v.x(), v.y(), v.z()}; };
   return SimulatedCase{*std::move(dataset),
                        {{"tau_axis_s", delaysOf(scene)},
-                        {"lost_motion_mm", list(errors.lost_motion_mm.array() + errors.hysteresis_mm)},
-                        {"probe_hysteresis_mm", {errors.hysteresis_mm}},
-                        {"gain_curvature_per_mm", list(errors.curvature_per_mm)},
-                        {"machine_drift_um_per_min", list(1e3 * errors.drift_mm_min)}}};
+                        {"lost_motion_mm", list(of.lost_motion_mm.array() + of.hysteresis_mm)},
+                        {"probe_hysteresis_mm", {of.hysteresis_mm}},
+                        {"gain_curvature_per_mm", list(of.curvature_per_mm)},
+                        {"machine_drift_um_per_min", list(1e3 * of.drift_mm_min)}}};
 }
 
 // ---- Scans
 
 // Of streams that were simulated without errors: what these add to the samples.
-void disturbScan(Dataset& dataset, const Vector3d& about, double machine_rate_hz, Err err, Random& random) {
-  disturbStream(dataset, about, err, random);
+void disturbScan(Dataset& dataset, const Vector3d& about, double machine_rate_hz, const Errors& errors,
+                 Random& random) {
+  const double size = errors.size;
+  disturbStream(dataset, about, errors, random);
   const auto each = [&](const char* table, std::array<const char*, 3> names, const auto& change) {
     const auto times = columnNamed(dataset, table, "t_s");
     for (std::size_t row = 0; row < times.size(); ++row) {
@@ -153,87 +177,88 @@ void disturbScan(Dataset& dataset, const Vector3d& about, double machine_rate_hz
     }
   };
   constexpr std::array kPlace{"x_mm", "y_mm", "z_mm"}, kChannels{"a", "b", "c"};
-  if (err == Err::lost_motion) {
+  if (errors.has(Err::lost_motion)) {
     // An axis stands half of the play behind its encoder, on the side of its motion.
     Vector3d side = Vector3d::Zero(), turn = Vector3d::Constant(std::nan(""));
     each("machine", kPlace, [&](double, Vector3d& at) {
       for (Eigen::Index k = 0; k < 3; ++k) {
         if (std::isnan(turn[k])) turn[k] = at[k];
         // The dead band follows the axis.
-        turn[k] = std::clamp(turn[k], at[k] - kLost_mm / 2, at[k] + kLost_mm / 2);
+        turn[k] = std::clamp(turn[k], at[k] - size * kLost_mm / 2, at[k] + size * kLost_mm / 2);
         side[k] = turn[k] - at[k];
       }
       at -= side;
     });
   }
-  if (err == Err::hysteresis) {
+  if (errors.has(Err::hysteresis)) {
     Vector3d felt = Vector3d::Constant(std::nan(""));
     each("probe", kChannels, [&](double, Vector3d& at) {
       if (std::isnan(felt.x())) felt = at;
       const Vector3d behind = at - felt;
-      if (behind.norm() > kHysteresis_mm / 2) felt = at - kHysteresis_mm / 2 * behind.normalized();
+      const double half = size * kHysteresis_mm / 2;
+      if (behind.norm() > half) felt = at - half * behind.normalized();
       at = felt;
     });
   }
-  if (err == Err::curvature)
-    each("probe", kChannels, [&](double, Vector3d& at) { at *= 1 + kCurvature * at.norm() / 0.5; });
-  if (err == Err::drift)
-    each("machine", kPlace, [&](double t, Vector3d& at) { at.array() += kDrift_mm_per_min * t / 60; });
-  if (err == Err::vibration)
+  if (errors.has(Err::curvature))
+    each("probe", kChannels, [&](double, Vector3d& at) { at *= 1 + size * kCurvature * at.norm() / 0.5; });
+  if (errors.has(Err::drift))
+    each("machine", kPlace, [&](double t, Vector3d& at) { at.array() += size * kDrift_mm_per_min * t / 60; });
+  if (errors.has(Err::vibration))
     each("machine", kPlace, [&](double t, Vector3d& at) {
-      at.array() += kVibration_mm * std::sin(2 * std::numbers::pi * besideTheRate(machine_rate_hz) * t);
+      at.array() += size * kVibration_mm * std::sin(2 * std::numbers::pi * besideTheRate(machine_rate_hz) * t);
     });
-  if (err == Err::lobing)
+  if (errors.has(Err::lobing))
     each("machine", kPlace, [&](double, Vector3d& at) {
       const Vector3d n = (at - about).normalized();
-      at += lobe_mm(n) * n;
+      at += size * lobe_mm(n) * n;
     });
 }
 
-std::optional<SimulatedCase> steppedScan(Err err, Random& random) {
+std::optional<SimulatedCase> steppedScan(const Errors& errors, Random& random) {
+  if (errors.has(Err::outlier)) return std::nullopt;  // no single reading
   simulation::ScanScene scene;
   for (double& error : scene.centre_error_mm) error = gauss(random, 0.005);
   scene.tau_s = uniform(random, 0.001, 0.008);
   Dataset dataset = simulation::measure(scene, random);
-  if (err == Err::wrong_ball) {
+  if (errors.has(Err::wrong_ball)) {
     if (!dataset.config.contains("effective_radius_mm")) return std::nullopt;
-    std::get<double>(dataset.config["effective_radius_mm"]) += kBall_mm / 2;
+    std::get<double>(dataset.config["effective_radius_mm"]) += errors.size * kBall_mm / 2;
   }
-  disturbScan(dataset, scene.centre_mm, scene.machine_rate_hz, err, random);
+  disturbScan(dataset, scene.centre_mm, scene.machine_rate_hz, errors, random);
   return SimulatedCase{std::move(dataset), {{"tau_s", {scene.tau_s}}}};
 }
 
-std::optional<SimulatedCase> contourScan(Err err, Random& random) {
-  if (err == Err::wrong_ball) return std::nullopt;  // no size is stated
+std::optional<SimulatedCase> contourScan(const Errors& errors, Random& random) {
+  if (errors.has(Err::wrong_ball) || errors.has(Err::outlier)) return std::nullopt;  // no size, no single reading
   contour::Scan scan;
   scan.tau_s = uniform(random, 0.001, 0.008);
   Dataset dataset = contour::measured(contour::ball(), scan, random);
-  disturbScan(dataset, contour::kCentre, scan.machine_hz, err, random);
+  disturbScan(dataset, contour::kCentre, scan.machine_hz, errors, random);
   return SimulatedCase{std::move(dataset), {{"tau_s", {scan.tau_s}}}};
 }
 
-std::optional<SimulatedCase> preTravel(Err err, Random& random) {
-  if (err == Err::curvature || err == Err::vibration) return std::nullopt;
+std::optional<SimulatedCase> preTravel(const Errors& errors, Random& random) {
+  if (errors.has(Err::curvature) || errors.has(Err::vibration)) return std::nullopt;
   Probe probe;
-  if (err == Err::lobing) probe.cosine_mm += kLobing_mm;
+  if (errors.has(Err::lobing)) probe.cosine_mm += errors.size * kLobing_mm;
   probe.scatter_mm = kNoise_mm;
   const Vector3d centre{100, -50, -200};
   Dataset dataset = metrology::touched(probe, directions(true), centre, random());
-  if (err == Err::wrong_ball) misstate(dataset, "effective_diameter_mm");
-  if (err == Err::lost_motion || err == Err::hysteresis || err == Err::drift) {
-    // Every way in stands behind by half of it, and drifts since the first.
-    const auto touches = columnNamed(dataset, "machine", "touch");
-    const double half = (err == Err::lost_motion ? kLost_mm : kHysteresis_mm) / 2;
-    for (std::size_t row = 0; row < touches.size(); ++row) {
-      const auto touch = static_cast<std::size_t>(touches[row]);
-      for (const auto& [name, normal] : {std::pair{"x_mm", "nx"}, {"y_mm", "ny"}, {"z_mm", "nz"}}) {
-        const double n = columnNamed(dataset, "touches", normal)[touch];
-        columnNamed(dataset, "machine", name)[row] +=
-            err == Err::drift ? kDrift_mm_per_min * touches[row] * kBetweenTouches_s / 60 : half * n;
-      }
-    }
+  if (errors.has(Err::wrong_ball)) misstate(dataset, "effective_diameter_mm", errors);
+  // Every way in stands behind by half of it, and drifts since the first.
+  const double half =
+      errors.size / 2 *
+      ((errors.has(Err::lost_motion) ? kLost_mm : 0) + (errors.has(Err::hysteresis) ? kHysteresis_mm : 0));
+  const double drift = errors.has(Err::drift) ? errors.size * kDrift_mm_per_min : 0;  // a touch
+  const auto touches = columnNamed(dataset, "machine", "touch");
+  for (std::size_t row = 0; row < touches.size(); ++row) {
+    const auto touch = static_cast<std::size_t>(touches[row]);
+    for (const auto& [name, normal] : {std::pair{"x_mm", "nx"}, {"y_mm", "ny"}, {"z_mm", "nz"}})
+      columnNamed(dataset, "machine", name)[row] +=
+          drift * touches[row] + half * columnNamed(dataset, "touches", normal)[touch];
   }
-  disturbStream(dataset, centre, err, random);
+  disturbStream(dataset, centre, errors, random);
   return SimulatedCase{std::move(dataset),
                        {{"pre_travel_mm", {probe.mean_mm, probe.cosine_mm, probe.sine_mm, probe.along_mm}}}};
 }

@@ -24,7 +24,7 @@ struct SimulatedCase {
 struct World {
   std::string_view name;  // the method, and what is particular
   // Nothing where the readings do not have that error.
-  std::optional<SimulatedCase> (*make)(Err err, Random& random);
+  std::optional<SimulatedCase> (*make)(const Errors& errors, Random& random);
   bool is_long{};  // to solve, beside the others
 };
 inline void PrintTo(const World& world, std::ostream* out) {

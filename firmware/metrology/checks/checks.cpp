@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "firmware/metrology/checks/plausible.hpp"
+#include "firmware/metrology/checks/suspects.hpp"
 #include "firmware/metrology/checks/unusual.hpp"
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/digits.hpp"
@@ -382,6 +383,8 @@ constexpr Check kChecks[]{
     {kNoRedundancy, "results", "warns where there are as many readings as unknowns", nullptr, warnOfNoRedundancy},
     {kUnusualScatter, "results without a stated sigma", "warns of readings that scatter by more than 0.02 mm (k = 1)",
      nullptr, warnOfUnusualScatter},
+    {kLengthsInInches, "readings with a stated sigma", "warns of readings that scatter by a twelfth of it or less",
+     nullptr, warnOfInches},
     {kUnusualLength, "lengths with a usual size", "warns of a size that a machine tool seldom has, such as inches",
      nullptr, warnOfUnusualLengths},
 };

@@ -125,7 +125,7 @@ std::optional<Explanation> explainByDrift(const Residue& before, const Method& m
   const Table& readings = *before.dataset.table(table);
   const auto sigma = configPositive(before.dataset, key::kSigma.name);
   const bool is_stated = sigma && *sigma, is_closed = closes(readings, method, before.dataset);
-  if (unknowns == 0 || before.dof < (is_closed && is_stated ? unknowns + 4 : 2 * unknowns + 2)) return std::nullopt;
+  if (unknowns == 0 || before.dof < (is_closed && is_stated ? unknowns + 1 : 2 * unknowns + 2)) return std::nullopt;
   const auto fit = linearLeastSquares(design.changes, before.values());
   if (!fit) return std::nullopt;
   const VectorXd& drift = fit->parameters;  // what was in the readings
@@ -137,7 +137,8 @@ std::optional<Explanation> explainByDrift(const Residue& before, const Method& m
   if (explanation.found.chance > kByChance && !is_closed) return std::nullopt;
 
   const auto dof = static_cast<double>(before.dof - unknowns);
-  const double from_residuals = after->squares() / std::max(dof - 2, 1.0);
+  constexpr double kTellNoise = 4;  // spare readings that tell more than what is stated
+  const double from_residuals = is_stated && dof < kTellNoise ? 0 : after->squares() / std::max(dof - 2, 1.0);
   const double stated = is_stated ? **sigma * **sigma : 0;
   const MatrixXd half = lowerCholesky(fit->cofactor * std::max(from_residuals, stated));
   explanation.drift = inputsOf(design, table, half);

@@ -126,6 +126,7 @@ std::string causeName(std::string_view cause) {
     if (error.key == cause) return error.name;
   if (cause == kCurvature) return "curvature of the probe's gain";
   if (cause == kLobing) return "lobing of the probe, or the form of what is touched";
+  if (cause == kErrorMotion) return "error motion of C, twice a turn";
   return "an error of " + std::string{cause};
 }
 

@@ -139,8 +139,9 @@ std::optional<Refusal> refuse(const Estimate& estimate, std::span<const double> 
   for (const double value : values) {
     const auto objection = objectionTo(value, range, false);
     if (!objection) continue;
-    return Refusal{objection->name, (is_sd ? "the standard deviation of '" : "the answer '") + estimate.key + "' " +
-                                        objection->what + ": look for a gross error in the readings"};
+    return Refusal{objection->name,
+                   (is_sd ? "the standard deviation of '" : "the answer '") + estimate.key + "' " + objection->what +
+                       ": look for a gross error in the readings, X in diameters, or lengths in inches"};
   }
   return std::nullopt;
 }

@@ -121,4 +121,19 @@ Comparison compareHypotheses(const Residue& before, const Residue& after, std::s
   return {law.probabilityAbove(less / static_cast<double>(unknowns)), dof * std::log1p(less / dof)};
 }
 
+Comparison compareByStatedNoise(const Residue& before, const Residue& after, std::size_t unknowns,
+                                double least_variance) {
+  constexpr double kAgrees = 1e-3, kGross = 100;
+  auto found = compareHypotheses(before, after, unknowns, least_variance);
+  const auto sigma = configPositive(after.dataset, key::kSigma.name);
+  if (!sigma || !*sigma || after.dof == 0 || unknowns == 0) return found;
+  const double variance = **sigma * **sigma, left = after.squares() / variance, was = before.squares() / variance;
+  const auto dof = static_cast<double>(after.dof);
+  if (was < kGross * std::max(left, dof) || ChiSquareLaw{after.dof}.probabilityAbove(left / dof) < kAgrees)
+    return found;
+  const ChiSquareLaw law{unknowns};
+  found.chance = std::min(found.chance, law.probabilityAbove((was - left) / static_cast<double>(unknowns)));
+  return found;
+}
+
 }  // namespace probebox::metrology

@@ -66,6 +66,11 @@ struct Comparison {
 // of freedom count.
 Comparison compareHypotheses(const Residue& before, const Residue& after, std::size_t unknowns, double least_variance);
 
+// The same, or by the stated noise, where that is what is left of squares that were a hundred times as large: with few
+// readings nothing else tells a gross fault.
+Comparison compareByStatedNoise(const Residue& before, const Residue& after, std::size_t unknowns,
+                                double least_variance);
+
 // An explanation of the residuals, and the case without what it names.
 struct Explanation {
   Comparison found;

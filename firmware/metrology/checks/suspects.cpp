@@ -81,6 +81,38 @@ std::vector<Transform> transformsOf(const Dataset& dataset, const Method& method
   return transforms;
 }
 
+// All lengths in inches leave the same residuals but for their unit; stamped motion tells them from its speed.
+Transform inMillimetres(const Dataset& dataset, const Method& method) {
+  constexpr double kInch_mm = 25.4;
+  Transform scaled{std::string{kLengthsInInches},
+                   "the machine moves at the stated speeds where every coordinate is taken for inches; convert the "
+                   "coordinates to mm",
+                   dataset};
+  scaleColumns(
+      scaled.dataset, method, [](const MethodColumn& each) { return isCoordinate(each.role); }, kInch_mm);
+  return scaled;
+}
+
+bool isOfStreams(const Dataset& dataset, const Method& method) {
+  return std::ranges::any_of(method.tables, [&](const MethodTable& described) {
+    const auto* table = dataset.table(described.name);
+    return table != nullptr && table->column(column::kTime) != nullptr;
+  });
+}
+
+// Streams in another unit contradict the stated speeds: the refusal of those that are solved, with fewer warnings than
+// `before`, in another one.
+std::optional<Refusal> otherUnitOfStreams(const Dataset& dataset, const Method& method, const Result* before) {
+  if (!isOfStreams(dataset, method) || (before != nullptr && before->warnings.empty())) return std::nullopt;
+  auto transforms = transformsOf(dataset, method);
+  transforms.push_back(inMillimetres(dataset, method));
+  for (auto& [name, reason, transformed] : transforms) {
+    const auto after = method.solver(transformed);
+    if (after && (before == nullptr || after->warnings.size() < before->warnings.size())) return Refusal{name, reason};
+  }
+  return std::nullopt;
+}
+
 std::optional<Refusal> refuseTransformed(const Residue& first, const Method& method) {
   const double least = leastVarianceOf(first);
   std::optional<Refusal> likeliest;
@@ -89,7 +121,7 @@ std::optional<Refusal> refuseTransformed(const Residue& first, const Method& met
     const auto after = residueOf(dataset, method);
     if (!after || after->dof != first.dof) continue;
     // The unit or the sign is one unknown, at the best value of which the squares are as few or fewer.
-    const auto found = compareHypotheses(first, *after, 1, least);
+    const auto found = compareByStatedNoise(first, *after, 1, least);
     const double left = std::max(after->squares(), least * static_cast<double>(first.dof));
     if (found.chance > kByChance * 10 || first.squares() < kWrongByFar * left || found.score <= best) continue;
     best = found.score;
@@ -151,10 +183,10 @@ std::optional<Explanation> explainByRows(const Residue& before, const Method& me
     so_far.after = *std::move(best);
     choices *= static_cast<double>(readings - k) / static_cast<double>(tried);
     const auto& with = found ? found->after : before;
-    so_far.found = compareHypotheses(with, so_far.after, with.dof - so_far.after.dof, least);
+    so_far.found = compareByStatedNoise(with, so_far.after, with.dof - so_far.after.dof, least);
     if (so_far.found.chance * choices >= kByChance) continue;
     found = so_far;
-    found->found = compareHypotheses(before, so_far.after, before.dof - so_far.after.dof, least);
+    found->found = compareByStatedNoise(before, so_far.after, before.dof - so_far.after.dof, least);
     choices = 1;
     tried = 0;
   }
@@ -241,17 +273,11 @@ void takeDegrees(Result& result, std::size_t unknowns) {
   for (double& value : result.covariance->values) value *= factor * factor;
 }
 
-}  // namespace
-
-Outcome<Mended, Refusal> mendFaults(const Dataset& dataset, const Method& method, const Result& first) {
+// before: of the dataset, or of it without what refuses it.
+Outcome<Mended, Refusal> mendReadings(const Dataset& dataset, const Method& method, std::optional<Residue> before) {
   Mended mended{dataset, {}, {}, {}, {}, {}};
-  const auto is_stream = [&](const MethodTable& described) {
-    const auto* table = dataset.table(described.name);
-    return table != nullptr && table->column(column::kTime) != nullptr;
-  };
-  if (first.dof < 2 || first.residuals.unit != "mm" || std::ranges::any_of(method.tables, is_stream)) return mended;
-  auto before = residueOf(dataset, method);
-  if (!before) return mended;
+  if (!before || before->dof < 2 || isOfStreams(dataset, method)) return mended;
+  before->dataset = dataset;
   if (auto refusal = refuseTransformed(*before, method)) return *refusal;
   const double least = leastVarianceOf(*before);
   for (bool drifts = false;;) {
@@ -267,6 +293,30 @@ Outcome<Mended, Refusal> mendFaults(const Dataset& dataset, const Method& method
   }
 }
 
+// Without which readings, or drift, a refused case is solved, as a part of a sentence; empty of none. The stated noise
+// tells a gross fault where few readings are left.
+Outcome<std::string, Refusal> mendOnce(const Dataset& dataset, Dataset unweighted, const Method& method,
+                                       const std::optional<Residue>& before) {
+  for (const Dataset& by : {std::move(unweighted), dataset}) {
+    TRY(auto mended, mendReadings(by, method, before));
+    if (!mended.changed()) continue;
+    for (const auto& [key, value] : dataset.config) mended.dataset.config.try_emplace(key, value);
+    if (!method.solver(mended.dataset)) continue;
+    std::string rows;
+    for (const auto& dropped : mended.dropped) rows += (rows.empty() ? "" : ", ") + dropped.name;
+    if (rows.empty()) return std::string{"; without a drift of the readings in their order it is solved"};
+    return "; without " + rows + " it is solved: look for a slip, dirt or a mistyped digit there, and read it again";
+  }
+  return std::string{};
+}
+
+}  // namespace
+
+Outcome<Mended, Refusal> mendFaults(const Dataset& dataset, const Method& method, const Result& first) {
+  if (auto refusal = otherUnitOfStreams(dataset, method, &first)) return *refusal;
+  return mendReadings(dataset, method, residueOf(dataset, method));
+}
+
 Solved solveMended(const Mended& mended, const Method& method, StoreReader store) {
   auto solved = withUncertainty(mended.dataset, method, store, mended.drift);
   if (!solved) return solved;
@@ -278,17 +328,39 @@ Solved solveMended(const Mended& mended, const Method& method, StoreReader store
   return solved;
 }
 
+void nameOtherUnits(const Dataset& dataset, const Method& method, Result& result) {
+  constexpr double kLess = 1.0 / 3;  // of the rms
+  const auto isOfResiduals = [](const std::string& warning) {
+    constexpr std::array kNames{kResidualsExceedNoise, kResidualsShowAPattern, kReadingsContradict};
+    return std::ranges::any_of(kNames, [&](auto name) { return warning.starts_with(name); });
+  };
+  const auto warning = std::ranges::find_if(result.warnings, isOfResiduals);
+  if (warning == result.warnings.end()) return;
+  for (const auto& [name, reason, transformed] : transformsOf(dataset, method)) {
+    const auto after = method.solver(transformed);
+    if (!after || after->rms > kLess * result.rms || std::ranges::any_of(after->warnings, isOfResiduals)) continue;
+    *warning += "; " + name + ": " + reason;
+  }
+}
+
 Refusal withLikelyCause(const Dataset& dataset, const Method& method, Refusal refusal) {
+  if (auto unit = otherUnitOfStreams(dataset, method, nullptr)) return *std::move(unit);
+  if (!isOfStreams(dataset, method) && method.solver(inMillimetres(dataset, method).dataset))
+    refusal.reason += "; with the coordinates taken for inches it is solved: are they?";
   constexpr std::array<std::string_view, 3> kOfResiduals{"residual-too-large", kReadingsContradict, "steps-disagree"};
   if (std::ranges::find(kOfResiduals, refusal.name) == kOfResiduals.end()) return refusal;
   // A sigma that nobody states refuses nothing, and shows by how much the residuals fall.
   Dataset unweighted = dataset;
   unweighted.config.erase(std::string{key::kSigma.name});
   const auto before = residueOf(unweighted, method);
+  const auto mended = mendOnce(dataset, unweighted, method, before);
+  if (!mended) return mended.error();
+  refusal.reason += *mended;
   for (auto& [name, reason, transformed] : transformsOf(dataset, method)) {
     const auto after = residueOf(transformed, method);
-    if (!after || after->dof <= 1) continue;
-    if (!before || before->squares() >= kWrongByFar * after->squares()) return {name, reason};
+    if (after && before ? after->dof > 1 && before->squares() >= kWrongByFar * after->squares()
+                        : method.solver(transformed).ok())
+      return Refusal{name, reason};
   }
   const auto stated = configPositive(dataset, key::kSigma.name);
   const double sigma_mm = stated && *stated ? **stated : 0;

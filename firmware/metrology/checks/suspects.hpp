@@ -20,6 +20,8 @@ namespace probebox::metrology {
 // Stable names that begin a warning.
 inline constexpr std::string_view kReadingLeftOut = "reading-left-out";
 inline constexpr std::string_view kReadingsDrift = "readings-drift";
+// And of a refusal.
+inline constexpr std::string_view kLengthsInInches = "lengths-in-inches";
 
 // The case without its faults.
 struct Mended {
@@ -33,13 +35,17 @@ struct Mended {
   bool changed() const { return !warnings.empty() || !drift.empty(); }
 };
 
-// first: the solved case. Refuses x-in-diameters and angle-reversed, of which no answer can be made.
+// first: the solved case. Refuses x-in-diameters, angle-reversed and lengths-in-inches, of which no answer can be made.
 Outcome<Mended, Refusal> mendFaults(const Dataset& dataset, const Method& method, const Result& first);
 
 // Solves a mended case, and adds what was done to the answer.
 Solved solveMended(const Mended& mended, const Method& method, StoreReader store);
 
-// The refusal of a case for its residuals, by the name of the fault without which it is solved, if there is one.
+// Adds to a warning about residuals with which unit or sign they are gone. dataset: as it was solved.
+void nameOtherUnits(const Dataset& dataset, const Method& method, Result& result);
+
+// The refusal of a case, by the name of the unit or sign with which it is solved, if there is one; where its residuals
+// refuse it, with the readings or the drift without which it is solved, and with likely causes.
 Refusal withLikelyCause(const Dataset& dataset, const Method& method, Refusal refusal);
 
 }  // namespace probebox::metrology

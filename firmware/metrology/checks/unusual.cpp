@@ -6,8 +6,10 @@
 #include <utility>
 
 #include "firmware/metrology/checks/residue.hpp"
+#include "firmware/metrology/checks/suspects.hpp"
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/method_parts.hpp"
+#include "firmware/metrology/fit/noise_check.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -72,6 +74,19 @@ std::optional<Refusal> warnOfUnusualScatter(const Dataset& dataset, const Method
                             text(kUsual_mm) + " mm, as seldom on a machine tool; the farthest is " +
                             result.residuals.names[static_cast<std::size_t>(farthest - values.begin())] +
                             ": look for a mistyped digit, a slip, a loose part, or X in diameters");
+  return std::nullopt;
+}
+
+std::optional<Refusal> warnOfInches(const Dataset&, const Method&, Result& result) {
+  constexpr double kLeast = 0.002, kMost = 1.0 / 12, kMostChance = 0.004;  // exact numbers scatter less
+  const auto law = lawOf(result);
+  if (!law || law->noise_dof > 0 || result.residuals.unit != "mm") return std::nullopt;
+  const double share = std::sqrt(*result.chi2_reduced);
+  if (share < kLeast || share > kMost || law->probabilityBelow(*result.chi2_reduced) > kMostChance) return std::nullopt;
+  result.warnings.push_back(std::string{kLengthsInInches} + ": the readings scatter by " +
+                            text(std::round(1e3 * share) / 10) +
+                            " % of their stated sigma; 4 % is left where coordinates are in inches and sigma is in mm: "
+                            "are they? They are taken for mm");
   return std::nullopt;
 }
 

@@ -21,6 +21,9 @@ std::optional<Refusal> warnOfNoRedundancy(const Dataset& dataset, const Method& 
 // tool.
 std::optional<Refusal> warnOfUnusualScatter(const Dataset& dataset, const Method& method, Result& result);
 
+// Warns of readings that scatter 25 times less than stated (kLengthsInInches).
+std::optional<Refusal> warnOfInches(const Dataset& dataset, const Method& method, Result& result);
+
 // Warns of promised lengths that a machine tool seldom has, such as inches (Quantity::usual).
 std::optional<Refusal> warnOfUnusualLengths(const Dataset& dataset, const Method& method, Result& result);
 

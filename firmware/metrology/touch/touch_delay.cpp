@@ -92,7 +92,8 @@ Outcome<AgreedTouches, Refusal> agreeOrNameAxes(const std::vector<Touch>& touche
                  "with one of its own: " +
                      told +
                      ": solve and calibrate delay-per-axis, and look why the stamps of the axes "
-                     "are not equally late"};
+                     "are not equally late; of an axis with two touches it may be a slip or dirt at one of them: touch "
+                     "again"};
 }
 
 struct DroppedAlike {
@@ -262,7 +263,7 @@ Outcome<std::optional<std::string>, Refusal> TouchDelay::whyNotAsStated(const Es
   return std::optional{"static-error: by the touches the size is " + text(error.value() * 1e3) +
                        " um more than stated, which is " + text(std::abs(error.value()) / u) +
                        " times its standard uncertainty" + (variance > 0 ? "" : " (10 um, as none is stated)") +
-                       ": look for the temperature, the sizes in probe.toml and the "
+                       ": look for a touch that slipped or met dirt, the temperature, the sizes in probe.toml and the "
                        "probe's threshold; a delay from the stated size alone would be wrong by as much"};
 }
 

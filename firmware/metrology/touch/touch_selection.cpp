@@ -306,9 +306,11 @@ std::optional<Refusal> grossMisfit(const AgreedTouches& touches) {
   for (std::size_t i = 0; i < touches.retracts.size(); ++i) {
     const double misses_mm = std::abs(touches.fit.radial[static_cast<Eigen::Index>(i)]);
     if (touches.fit.worst[i] <= kOutlierDeviations || misses_mm <= kGrossShare * depthOf(touches.retracts[i])) continue;
-    return Refusal{"residual-too-large",
-                   touches.retracts[i].plan.name + " misses the feature by " + text(misses_mm) +
-                       " mm: check for slip, dirt, a wrong size or a loose stylus, and touch again"};
+    return Refusal{
+        "residual-too-large",
+        touches.retracts[i].plan.name + " misses the feature by " + text(misses_mm) +
+            " mm: check for slip, dirt, a drift between the touches, a wrong size or a loose stylus, and touch "
+            "again"};
   }
   return std::nullopt;
 }

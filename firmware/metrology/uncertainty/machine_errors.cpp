@@ -11,6 +11,7 @@
 
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/read_times.hpp"
+#include "protocol/units/angle.hpp"
 #include "protocol/units/machine_accuracy.hpp"
 
 namespace probebox::metrology {
@@ -154,6 +155,23 @@ std::vector<Table> byLobes(std::size_t axis, const std::vector<Places>& all, boo
     const double across = std::hypot(side[0], side[1]) / length;
     return length > 0 ? 3 * kMm_um * (sine ? std::sin(around) : std::cos(around)) * across * side.at(axis) / length
                       : 0.0;
+  });
+}
+
+const Column* angleOfC(const Table& table) {
+  const auto found = std::ranges::find_if(table.columns, [](const Column& each) {
+    return each.name.starts_with("C_") && (isInRadians(each.name) || isInDegrees(each.name));
+  });
+  return found == table.columns.end() ? nullptr : &*found;
+}
+
+// What C runs out, 2 um twice a turn; cosine or sine.
+std::vector<Table> byErrorMotion(std::size_t axis, const std::vector<Places>& all, bool sine) {
+  return along(axis, all, [&](const Places& places, std::size_t row) {
+    const auto* c = axis < 2 ? angleOfC(*places.table) : nullptr;
+    if (c == nullptr) return 0.0;
+    const double twice = 2 * c->values[row] * (isInDegrees(c->name) ? kDegree : 1);
+    return 2 * kMm_um * (sine ? std::sin(twice) : std::cos(twice));
   });
 }
 
@@ -318,6 +336,11 @@ std::vector<TypeBInput> suspectedErrors(const Dataset& dataset, const Method& me
       for (std::size_t axis = 0; axis < 3; ++axis)
         std::ranges::move(byLobes(axis, *of, sine), std::back_inserter(lobes));
     if (!isNothing(lobes)) all.push_back(movedInput(kLobing, 1, std::move(lobes)));
+  }
+  for (const bool sine : {false, true}) {
+    for (std::size_t axis = 0; axis < 2; ++axis)
+      if (auto moved = byErrorMotion(axis, places, sine); !isNothing(moved))
+        all.push_back(movedInput(kErrorMotion, 1, std::move(moved)));
   }
   if (auto bent = byDeflection(dataset, method); !isNothing(bent))
     all.push_back(movedInput(kCurvature, 1, std::move(bent)));

@@ -23,10 +23,11 @@ namespace probebox::metrology {
 Outcome<std::vector<TypeBInput>, Refusal> machineErrors(const Dataset& dataset, const Method& method);
 
 // Names of inputs of suspectedErrors beside those of kMachineErrors.
-inline constexpr std::string_view kLobing = "lobing", kCurvature = "curvature";
+inline constexpr std::string_view kLobing = "lobing", kCurvature = "curvature", kErrorMotion = "error_motion";
 
 // The same errors, each of its cautious size whatever the case states, of the places along streams too: what may have
-// left the residuals of a case. Also three lobes of the probe at single contacts, and a gain that bends by 1 %.
+// left the residuals of a case. Also three lobes of the probe at single contacts, a gain that bends by 1 %, and a C
+// that runs out twice a turn.
 std::vector<TypeBInput> suspectedErrors(const Dataset& dataset, const Method& method);
 
 // Number of places that were read, one after the other: a drift moves each by its time.

@@ -41,6 +41,7 @@ void addPoints(metrology::Dataset& dataset, const std::vector<Reading>& readings
     const auto& at = reading.centre.centre_mm;
     rows.append({degrees(reading.b_rad), halfTurns_deg(reading.*other), at.x(), at.y(), at.z()});
   }
+  rows.columns.push_back(timesOf(readings));
   dataset.tables.insert(dataset.tables.begin(), std::move(rows));
 }
 
@@ -51,6 +52,11 @@ struct Stop {
   std::uint32_t tool{};
   std::vector<const Reading*> readings{};
 
+  double time_s() const {
+    double sum = 0;
+    for (const auto* reading : readings) sum += reading->time_s;
+    return sum / static_cast<double>(readings.size());
+  }
   Vector3d meanOf(Vector3d metrology::BallCentre::*part) const {
     Vector3d sum = Vector3d::Zero();
     for (const auto* reading : readings) sum += reading->centre.*part;
@@ -149,12 +155,16 @@ void addSwivelErrors(metrology::Dataset& dataset, const std::vector<Reading>& re
   addLengthSds(dataset, stops, facts);
   auto rows = metrology::emptyTable(metrology::kSwivelError, "readings");
   auto queries = metrology::emptyTable(metrology::kSwivelError, "queries");
+  std::vector<Reading> of_stops;
   for (const auto& stop : stops) {
+    of_stops.push_back(*stop.readings.front());
+    of_stops.back().time_s = stop.time_s();
     const Vector3d at = stop.meanOf(&metrology::BallCentre::centre_mm) + nominalTip(head, stop.b_rad, stop.length_mm);
     rows.append({degrees(stop.b_rad), stop.length_mm, at.x(), at.y(), at.z()});
     // Errors are told against B = 0, where they are none.
     if (std::abs(stop.b_rad) > kPoseTolerance_rad) queries.append({degrees(stop.b_rad), stop.length_mm});
   }
+  rows.columns.push_back(timesOf(of_stops));
   dataset.tables.insert(dataset.tables.begin(), {std::move(rows), std::move(queries)});
 }
 

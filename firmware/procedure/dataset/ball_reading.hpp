@@ -4,9 +4,12 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
+#include <string>
 #include <vector>
 
 #include "firmware/capture/recording.hpp"
+#include "firmware/metrology/dataset/column.hpp"
+#include "firmware/metrology/dataset/dataset.hpp"
 #include "firmware/metrology/touch/ball_centre.hpp"
 #include "protocol/units/angle.hpp"
 
@@ -22,6 +25,7 @@ struct Reading {
   std::uint32_t tool{};   // tool that carried the probe
   std::uint16_t mount{};  // of the plate; 0 for another feature
   capture::MethodNote note{};
+  double time_s{};  // mean of its touches, from the start of the run
   metrology::BallCentre centre;
 };
 
@@ -44,6 +48,20 @@ struct BallReadings {
 // Rounds to the multiple of 180 degrees that the step asked for; the machine reports angles within its tolerance.
 inline double halfTurns_deg(double angle_rad) {
   return 180.0 * std::round(angle_rad / std::numbers::pi);
+}
+
+// Middle of a step, from the start of the run.
+inline double timeOf(const capture::Recording& recording, const capture::Touch& touch) {
+  const auto first = recording.machineRows(recording.touches().front()), rows = recording.machineRows(touch);
+  if (first.empty() || rows.empty()) return 0;
+  return (toSeconds(rows.front().at - first.front().at) + toSeconds(rows.back().at - first.front().at)) / 2;
+}
+
+// Column time_s of rows that are readings, one each.
+inline metrology::Column timesOf(const std::vector<Reading>& readings) {
+  metrology::Column times{.name = std::string{metrology::column::kReadAt.name}, .values = {}};
+  for (const auto& reading : readings) times.values.push_back(reading.time_s);
+  return times;
 }
 
 // Standard deviation of one coordinate of one reading, X and Y pooled.

@@ -67,11 +67,19 @@ Posed posedOf(const capture::Recording& recording) {
   Posed posed;
   auto& [readings, reading_of_touch] = posed;
   const auto stops = stopsOf(recording);
+  double touches = 0;  // of the last reading
   for (std::size_t touch = 0; touch < stops.size(); ++touch) {
     const auto& at = recording.touches()[touch].request;
     const bool by_shank = at.shank_height_mm > 0;
-    reading_of_touch.push_back(by_shank ? metrology::kAlone : at.reading);
-    if (by_shank || at.reading < readings.size()) continue;
+    const bool is_new = readings.empty() || readings.back().number != at.reading;
+    reading_of_touch.push_back(by_shank ? metrology::kAlone : readings.size() - (is_new ? 0 : 1));
+    if (by_shank) continue;
+    const double time_s = timeOf(recording, recording.touches()[touch]);
+    if (!is_new) {
+      readings.back().time_s += (time_s - readings.back().time_s) / ++touches;
+      continue;
+    }
+    touches = 1;
     readings.push_back({.number = static_cast<double>(at.reading),
                         .ball = static_cast<double>(at.ball),
                         .a_rad = at.rotary_angles_rad[0],
@@ -81,6 +89,7 @@ Posed posedOf(const capture::Recording& recording) {
                         .tool = at.tool,
                         .mount = at.mount,
                         .note = at.note,
+                        .time_s = time_s,
                         .centre = {}});
   }
   return posed;
@@ -253,6 +262,7 @@ void addCentreline(metrology::Dataset& dataset, const std::vector<Reading>& read
   auto table = metrology::emptyTable(method, "readings");
   for (const auto& reading : readings)
     table.append({sense * reading.c_rad, reading.centre.centre_mm.x(), reading.centre.centre_mm.y()});
+  table.columns.push_back(timesOf(readings));
   dataset.tables.insert(dataset.tables.begin(), std::move(table));
 }
 
@@ -263,6 +273,7 @@ void addSpindleOffset(metrology::Dataset& dataset, const BallReadings& found, co
   for (const auto& reading : readings)
     table.append(
         {reading.a_rad, reading.c_rad, reading.centre.centre_mm.x(), reading.centre.centre_mm.y(), reading.stop});
+  table.columns.push_back(timesOf(readings));
   dataset.tables.insert(dataset.tables.begin(), std::move(table));
 }
 

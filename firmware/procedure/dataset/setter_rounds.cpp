@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "firmware/metrology/touch/switched_touch.hpp"
+#include "firmware/procedure/dataset/ball_reading.hpp"
 #include "firmware/procedure/dataset/known_delay.hpp"
 #include "firmware/procedure/plan/live_method.hpp"
 
@@ -19,7 +20,7 @@ using metrology::SwitchedTouch;
 constexpr std::array<std::string_view, 7> kContactsColumns{"touch", "reading", "tool",  "x_mm",
                                                            "y_mm",  "z_mm",    "late_s"};
 
-void add(const SwitchedTouch& touch, Round& round) {
+void add(const SwitchedTouch& touch, double time_s, Round& round) {
   Eigen::Index along = 0;
   touch.normal.cwiseAbs().maxCoeff(&along);
   const auto axis = static_cast<std::size_t>(along);
@@ -28,6 +29,9 @@ void add(const SwitchedTouch& touch, Round& round) {
   auto& count = from_above ? round.above[axis] : round.below[axis];
   ++count;
   mean += (touch.at_mm[along] - mean) / count;
+  double touches = 0;
+  for (std::size_t k = 0; k < 3; ++k) touches += round.above.at(k) + round.below.at(k);
+  round.time_s += (time_s - round.time_s) / touches;
 }
 
 metrology::Table contactsOf(const std::vector<SwitchedTouch>& touches, const capture::Recording& recording) {
@@ -67,7 +71,7 @@ Rounds roundsOf(const FinishedRun& of) {
   for (std::size_t i = 0; i < touches->size(); ++i) {
     const auto& request = recording.touches()[i].request;
     if (request.reading >= found.rounds.size()) found.rounds.push_back({.tool = request.tool});
-    add((*touches)[i], found.rounds.back());
+    add((*touches)[i], timeOf(recording, recording.touches()[i]), found.rounds.back());
   }
   found.touches = std::move(*touches);
   return found;

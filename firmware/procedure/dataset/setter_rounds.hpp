@@ -15,6 +15,7 @@ struct Round {
   // Machine position along each axis: mean of the touches from either side.
   std::array<double, 3> from_above_mm{}, from_below_mm{};
   std::array<int, 3> above{}, below{};  // number of touches
+  double time_s{};                      // mean of all touches, from the start of the run
 
   // The side of the device from which the axis was touched: 1 above, -1 below, 0 both.
   int side(std::size_t axis) const {

@@ -186,8 +186,7 @@ std::optional<SphereTemperature> sphereTemperature(const board::Machine& machine
 
 std::vector<Requirement> requirements(const board::Machine& machine) {
   std::vector<Requirement> all;
-  for (const auto& one : machine.requirements)
-    all.push_back({one.subject, one.limit_um, one.limit_us, one.limit_urad});
+  for (const auto& one : machine.requirements) all.push_back({one.subject, one.limit_um, one.limit_us, one.limit_urad});
   return all;
 }
 

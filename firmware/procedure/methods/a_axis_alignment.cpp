@@ -39,6 +39,7 @@ void addSpindleAlignment(metrology::Dataset& dataset, const BallReadings& found,
   }
   // The lobes of each switch turn with its stylus and are in its offset, which is not told then.
   if (!readsBySwitch(run)) table.columns.push_back(std::move(tools));
+  table.columns.push_back(timesOf(readings));
   dataset.tables.insert(dataset.tables.begin(), std::move(table));
   if (!shank.empty()) addShankOfAlignment(dataset, shank, facts);
 }
@@ -62,6 +63,7 @@ constinit const LiveMethod kAAxisAlignment{
                     options.tool_count = 2;
                     options.tools = {1, 2};
                   }),
+    .closes = 1,
     .described = [](ProcedureOptions options, const Facts& facts) -> Outcome<ProcedureOptions> {
       takeTools(options, facts);
       return options;

@@ -40,6 +40,7 @@ void addAlignment(metrology::Dataset& dataset, const BallReadings& found, const 
     table.append({heightOf(readings, reading.ball), reading.a_rad, reading.c_rad, reading.centre.centre_mm.x(),
                   reading.centre.centre_mm.y(), reading.stop});
   }
+  table.columns.push_back(timesOf(readings));
   dataset.tables.insert(dataset.tables.begin(), std::move(table));
 }
 
@@ -57,6 +58,7 @@ constinit const LiveMethod kCAxisAlignment{
     .sides = kSphereSides,
     .poses = kHeights,
     .usual = with(readings(), [](auto& options) { options.balls = 3; }),
+    .closes = 1,
     .dataset = [](const FinishedRun& run) { return ballDataset(run, addAlignment); }};
 
 }  // namespace probebox::procedure

@@ -31,6 +31,7 @@ constinit const LiveMethod kCentreline{
                     options.arc_rad = kTurn_rad;
                     options.angles = 12;
                   }),
+    .closes = 1,
     .dataset = [](const FinishedRun& run) {
       return ballDataset(run, [](auto& dataset, const BallReadings& found, const FinishedRun& of) {
         addCentreline(dataset, found.readings, of.facts, metrology::kCentreline, 1);

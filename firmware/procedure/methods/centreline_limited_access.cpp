@@ -32,6 +32,7 @@ constinit const LiveMethod kCentrelineLimitedAccess{
                     options.arc_rad = kUsualRimArc_rad;
                     options.angles = 3;
                   }),
+    .closes = 1,
     .least_arc_deg = 30,  // (B27)
     .dataset = [](const FinishedRun& run) {
       return ballDataset(run, [](auto& dataset, const BallReadings& found, const FinishedRun& of) {

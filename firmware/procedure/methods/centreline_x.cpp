@@ -29,6 +29,7 @@ void addAxis(metrology::Dataset& dataset, const BallReadings& found, const Finis
     const auto& at_mm = reading.centre.centre_mm;
     table.append({at_mm.z(), reading.c_rad, at_mm.x(), static_cast<double>(reading.mount), reading.stop});
   }
+  table.columns.push_back(timesOf(found.readings));
   dataset.tables.insert(dataset.tables.begin(), std::move(table));
 }
 

@@ -22,7 +22,7 @@ constinit const LiveMethod kDelayInOut{
     .kind = Kind::in_out,
     .sides = std::span{kSphereSides}.first<1>(),
     .usual = touchesAt(5, 10),  // slow, so that contact bounce ends early on the way in
-    .closes = true,
+    .closes = 1,
     .dataset =
         [](const FinishedRun& run) {
           return RunDataset{touchesAndPoseOf(run), {}, {}};

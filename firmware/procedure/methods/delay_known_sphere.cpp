@@ -25,7 +25,7 @@ constinit const LiveMethod kDelayKnownSphere{
     .needs = kNeedsOfDelayKnownSphere,
     .sides = kSphereSides,
     .usual = touchesAt(10, 25),
-    .closes = true,
+    .closes = 1,
     .dataset =
         [](const FinishedRun& run) {
           RunDataset built = sphereRun(run);

@@ -23,7 +23,7 @@ constinit const LiveMethod kDelayNonNormal{
     .needs = kNeedsOfDelayNonNormal,
     .sides = kSphereSides,
     .usual = with(touchesAt(10, 25), [](auto& options) { options.approach_rad = kApproach_rad; }),
-    .closes = true,
+    .closes = 1,
     .dataset =
         [](const FinishedRun& run) {
           RunDataset built{touchesAndPoseOf(run), {}, {}};

@@ -27,7 +27,7 @@ constinit const LiveMethod kDelayPerAxis{
     .needs = kNeedsOfDelayPerAxis,
     .sides = kSphereSides,
     .usual = touchesAt(10, 40),
-    .closes = true,
+    .closes = 1,
     .dataset =
         [](const FinishedRun& run) {
           RunDataset built{touchesAndPoseOf(run), {}, {}};

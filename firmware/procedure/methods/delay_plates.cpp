@@ -36,7 +36,7 @@ constinit const LiveMethod kDelayPlates{
     .feature = Feature::plates,
     .sides = kFaces,
     .usual = touchesAt(10, 25),
-    .closes = true,
+    .closes = 1,
     .why_unfit = whyUnfitGap,
     .dataset =
         [](const FinishedRun& run) {

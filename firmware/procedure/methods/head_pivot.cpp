@@ -43,6 +43,7 @@ constinit const LiveMethod kHeadPivot{
                     options.b_angles_rad = {0, kTurn_rad / 8, kTurn_rad / 4};
                     options.b_axis = {0, 1, 0};
                   }),
+    .closes = 1,
     .described = [](ProcedureOptions options, const Facts& facts) -> Outcome<ProcedureOptions> {
       if (facts.swivel_head) takeB(options, facts.swivel_head->b);
       return options;

@@ -65,6 +65,7 @@ struct CheckTables {
 // of its side at B = 90, where the stylus lies along X, from the accepted turning axis.
 CheckTables checkTables(const std::vector<Reading>& readings, const Facts& facts) {
   CheckTables tables;
+  std::vector<Reading> at_top, at_side;
   const double axis_mm = facts.checked_ball->accepted_x.value_or(AcceptedValue{}).mm;
   for (const auto& reading : readings) {
     const double c_deg = halfTurns_deg(reading.c_rad), a_deg = halfTurns_deg(reading.a_rad);
@@ -72,9 +73,17 @@ CheckTables checkTables(const std::vector<Reading>& readings, const Facts& facts
     const auto& at = reading.centre.centre_mm;
     const double x_mm = at.x() + swungX_mm(facts, reading.b_rad);
     tables.centres.append({b_deg, c_deg, a_deg, x_mm, at.y(), at.z()});
-    if (b_deg == 0 && c_deg == 0) tables.z_touch.append({b_deg, c_deg, a_deg, at.z() + reading.centre.radius_mm});
-    if (b_deg == 90) tables.x_touch.append({b_deg, c_deg, a_deg, x_mm + reading.centre.radius_mm - axis_mm});
+    if (b_deg == 0 && c_deg == 0) {
+      tables.z_touch.append({b_deg, c_deg, a_deg, at.z() + reading.centre.radius_mm});
+      at_top.push_back(reading);
+    }
+    if (b_deg != 90) continue;
+    tables.x_touch.append({b_deg, c_deg, a_deg, x_mm + reading.centre.radius_mm - axis_mm});
+    at_side.push_back(reading);
   }
+  tables.centres.columns.push_back(timesOf(readings));
+  tables.z_touch.columns.push_back(timesOf(at_top));
+  tables.x_touch.columns.push_back(timesOf(at_side));
   return tables;
 }
 
@@ -194,6 +203,7 @@ constinit const LiveMethod kPeriodicCheck{
                     options.b_count = 1;
                     options.b_axis = {0, 1, 0};
                   }),
+    .closes = 1,
     .described = checkOptions,
     .dataset = [](const FinishedRun& run) { return ballDataset(run, addCheck); }};
 

@@ -98,7 +98,9 @@ struct PlateTables {
     for (const auto& r : readings) angles.add(r.mount, stopOf(r.note), axis.is_b ? r.b_rad : r.c_rad);
     first = named("first", 0);
     second = named("second", 1);
+    std::vector<Reading> of_first, of_second;
     for (const auto& reading : readings) {
+      (stopOf(reading.note) == 0 ? of_second : of_first).push_back(reading);
       Eigen::Vector3d at = reading.centre.centre_mm;
       const std::uint16_t stop = stopOf(reading.note);
       const double phi_rad = angles.phi(stop);
@@ -113,6 +115,8 @@ struct PlateTables {
                : first.append({phi_rad, reading.ball, at.x(), at.y(), at.z()});
       }
     }
+    first.columns.push_back(timesOf(of_first));
+    second.columns.push_back(timesOf(of_second));
   }
 };
 

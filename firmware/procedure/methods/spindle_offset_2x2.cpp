@@ -16,6 +16,7 @@ constinit const LiveMethod kSpindleOffset2x2{
     .sides = kSphereSides,
     .poses = kTwoByTwo,
     .usual = readings(),
+    .closes = 1,
     .dataset = [](const FinishedRun& run) { return ballDataset(run, addSpindleOffset); }};
 
 }  // namespace probebox::procedure

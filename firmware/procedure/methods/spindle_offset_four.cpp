@@ -26,6 +26,7 @@ constinit const LiveMethod kSpindleOffsetFour{
     .sides = kSphereSides,
     .poses = kTogether,
     .usual = readings(),
+    .closes = 1,
     .dataset = [](const FinishedRun& run) { return ballDataset(run, addSpindleOffset); }};
 
 }  // namespace probebox::procedure

@@ -49,6 +49,7 @@ constinit const LiveMethod kSwivelError{
                     options.tool_count = 2;
                     options.tools = {1, 2};
                   }),
+    .closes = 2,
     .described = [](ProcedureOptions options, const Facts& facts) -> Outcome<ProcedureOptions> {
       if (facts.swivel_head) takeB(options, facts.swivel_head->b);
       takeTools(options, facts);

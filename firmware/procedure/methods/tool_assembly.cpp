@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "firmware/procedure/dataset/ball_reading.hpp"
 #include "firmware/procedure/dataset/setter_rounds.hpp"
 #include "firmware/procedure/dataset/stop_shifts.hpp"
 #include "firmware/procedure/methods/methods.hpp"
@@ -22,11 +23,14 @@ constexpr std::array<std::string_view, 3> kContactColumns{"W0_x_mm", "W0_y_mm", 
 
 metrology::Table readingsOf(const std::vector<Round>& rounds, const std::array<double, 3>& reference_mm) {
   auto readings = metrology::emptyTable(metrology::kToolAssembly, "readings");
+  metrology::Column times = timesOf({});
   double rep = 0;
   for (const auto& round : rounds) {
     readings.append({1, ++rep, round.at_mm(0) - reference_mm[0], round.at_mm(1) - reference_mm[1],
                      round.from_above_mm[2] - reference_mm[2]});
+    times.values.push_back(round.time_s);
   }
+  readings.columns.push_back(std::move(times));
   return readings;
 }
 

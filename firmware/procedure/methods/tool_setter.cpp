@@ -48,10 +48,13 @@ std::optional<Refusal> wrongWidth(const std::vector<Round>& rounds, const ToolSe
 // A tool's length ends at its tip, the probe's at the centre of its ball: the solver subtracts its radius.
 metrology::Table readingsOf(const std::vector<Round>& rounds, const ToolSetter& setter) {
   auto readings = metrology::emptyTable(metrology::kToolSetter, "readings");
+  metrology::Column times = timesOf({});
   for (const auto& round : rounds) {
     const double z_mm = round.from_above_mm[2] - setter.half_width_mm[2];
     readings.append({round.tool != 0 ? 1.0 : 0.0, round.at_mm(0), round.at_mm(1), z_mm});
+    times.values.push_back(round.time_s);
   }
+  readings.columns.push_back(std::move(times));
   return readings;
 }
 
@@ -60,6 +63,7 @@ metrology::Table facesOf(const std::vector<metrology::SwitchedTouch>& touches, c
   using metrology::column::kB;
   auto table = metrology::emptyTable(metrology::kToolSetter, "touches",
                                      several_b ? metrology::ColumnNames{kB} : metrology::ColumnNames{});
+  metrology::Column times = timesOf({});
   for (std::size_t i = 0; i < touches.size(); ++i) {
     const auto& request = of.recording.touches()[i].request;
     const auto& n = request.outward_normal;
@@ -71,7 +75,9 @@ metrology::Table facesOf(const std::vector<metrology::SwitchedTouch>& touches, c
     } else {
       table.append({is_tool, n[0], n[1], n[2], half_mm, 0, at.x(), at.y(), at.z()});
     }
+    times.values.push_back(timeOf(of.recording, of.recording.touches()[i]));
   }
+  table.columns.push_back(std::move(times));
   return table;
 }
 
@@ -119,7 +125,9 @@ void addTurningAxis(metrology::Dataset& dataset, const TurningAxis& axis, const 
 
 void addKeys(metrology::Dataset& dataset, const FinishedRun& of, const ToolSetter& setter, bool several_b) {
   auto& config = dataset.config;
-  config["tool"] = static_cast<double>(of.recording.touches().back().request.tool);
+  // The probe is 0, and the last one again.
+  const auto numberOf = [](const capture::Touch& touch) { return touch.request.tool; };
+  config["tool"] = static_cast<double>(numberOf(std::ranges::max(of.recording.touches(), {}, numberOf)));
   if (!of.facts.has_y) config["machine_axes"] = std::string{"XZ"};
   if (!several_b) config["probe_offset_mm"] = listOf(setter.probe_offset_mm);
   if (setter.probe_offset_result != 0) config["stylus_offset_result"] = static_cast<double>(setter.probe_offset_result);
@@ -228,6 +236,7 @@ constinit const LiveMethod kToolSetter{
                     options.b_count = 1;
                     options.b_axis = {0, 1, 0};
                   }),
+    .closes = 1,
     .takes_tool = true,
     .also_refused = whyNoTool,
     .described = setterOptions,

@@ -9,6 +9,15 @@ const LiveMethod* methodNumbered(LiveMethods methods, std::uint16_t number) {
   return found == methods.end() ? nullptr : *found;
 }
 
+std::size_t readingsOf(const LiveMethod& method, const ProcedureOptions& with, const LoopState& loops) {
+  const std::size_t poses = method.poses.count(with, loops);
+  return poses > 1 ? poses + method.closes : poses;
+}
+
+Pose poseOf(const LiveMethod& method, const ProcedureOptions& with, const LoopState& loops, std::size_t reading) {
+  return method.poses.at(with, loops, reading % method.poses.count(with, loops));
+}
+
 ProcedureOptions withDefaults(const LiveMethod& method, ProcedureOptions options) {
   const ProcedureOptions& usual = method.usual;
   const auto take = [](auto& value, const auto& fallback) {

@@ -90,8 +90,10 @@ struct LiveMethod {
   // Defaults of the options. A method takes approach, arc, angles, balls, angles of B, tools, stations and mounts only
   // where they have a default here.
   ProcedureOptions usual{};
-  bool of_plate{};          // its balls are those of [ball_plate]
-  bool closes{};            // touches last what it has touched first, to show what has moved since
+  bool of_plate{};  // its balls are those of [ball_plate]
+  // How many of its first readings are read again last, at their poses, to show what has moved since; of one pose, its
+  // first touches.
+  std::size_t closes{};
   bool takes_axis{};        // --axis: whose screw
   bool takes_turns{};       // --turns of it
   bool takes_tool{};        // --tool: the one to measure
@@ -129,6 +131,10 @@ using LiveMethods = std::span<const LiveMethod* const>;
 
 // nullptr for a number that no method has.
 const LiveMethod* methodNumbered(LiveMethods methods, std::uint16_t number);
+
+// Readings of a run, the closing ones included, and the pose of each, for options without zeros.
+std::size_t readingsOf(const LiveMethod& method, const ProcedureOptions& with, const LoopState& loops);
+Pose poseOf(const LiveMethod& method, const ProcedureOptions& with, const LoopState& loops, std::size_t reading);
 
 // The options with the method's defaults in place of zeros.
 ProcedureOptions withDefaults(const LiveMethod& method, ProcedureOptions options);

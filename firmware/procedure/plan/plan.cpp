@@ -81,23 +81,24 @@ std::optional<Error> whyNoTouches(const ProcedureOptions& with, double deflectio
 
 std::size_t touchCount(const LiveMethod& method, const ProcedureOptions& with) {
   std::size_t touches = 0;
-  for (std::size_t reading = 0; reading < method.poses.count(with, method.loops.most); ++reading) {
-    const Pose pose = method.poses.at(with, method.loops.most, reading);
+  const std::size_t readings = readingsOf(method, with, method.loops.most);
+  for (std::size_t reading = 0; reading < readings; ++reading) {
+    const Pose pose = poseOf(method, with, method.loops.most, reading);
     touches += speedsOf(with).size() * Sides{method.sides, with, pose}.list().size();
   }
-  return touches + (method.closes ? 1 : 0);
+  return touches + (readings > 1 ? 0 : method.closes);
 }
 
 std::optional<Error> whyTooLong(const LiveMethod& method, const ProcedureOptions& with) {
   const bool holds = with.head_tool != 0;
-  const std::size_t steps = holds ? method.poses.count(with, method.loops.most) : touchCount(method, with);
+  const std::size_t steps = holds ? readingsOf(method, with, method.loops.most) : touchCount(method, with);
   if (steps <= kMostSteps) return std::nullopt;
   return Error{"That would be " + std::to_string(steps) + (holds ? " holds" : " touches") + ", but a run has at most " +
                std::to_string(kMostSteps) + ": choose fewer speeds, angles, balls or tools."};
 }
 
 void addTouches(Plan& plan, const LiveMethod& method, const ProcedureOptions& with, std::size_t reading) {
-  const Pose pose = method.poses.at(with, plan.loops, reading);
+  const Pose pose = poseOf(method, with, plan.loops, reading);
   const Sides sides{method.sides, with, pose};
   for (const double speed : speedsOf(with)) {
     for (const Side& side : sides.list()) {
@@ -181,16 +182,18 @@ void fill(Plan& plan, const LiveMethod& method, const ProcedureOptions& options,
   if (method.own_steps != nullptr) return method.own_steps->fill(plan, options);
   const ProcedureOptions with = withDefaults(method, options);
   if (method.first_steps != nullptr) method.first_steps(plan, with);
-  for (std::size_t reading = 0; reading < method.poses.count(with, loops); ++reading) {
+  const std::size_t readings = readingsOf(method, with, loops);
+  for (std::size_t reading = 0; reading < readings; ++reading) {
     if (with.head_tool != 0) {
-      Step step = holdAt(method.poses.at(with, loops, reading), method.feature, with);
+      Step step = holdAt(poseOf(method, with, loops, reading), method.feature, with);
       step.touch.reading = static_cast<std::uint32_t>(reading);
       add(plan, step);
     } else {
       addTouches(plan, method, with, reading);
     }
   }
-  if (method.closes && plan.step_count > 1) add(plan, Step{plan.steps[0]});
+  const std::size_t touches = readings > 1 || plan.step_count < 2 ? 0 : method.closes;
+  for (std::size_t again = 0; again < touches; ++again) add(plan, Step{plan.steps[again]});
 }
 
 void takeReadings(Plan& plan, ProbeKind probe) {

@@ -67,7 +67,9 @@ std::string restPrompt(const Plan& plan, std::size_t step) {
 std::string ofOneSpeed(const Plan& plan) {
   const double speed_mm_s = plan.steps[0].touch.retract_speed_mm_s;
   const auto is_as_fast = [&](const Step& step) { return step.touch.retract_speed_mm_s == speed_mm_s; };
-  if (!plan.method->closes || !std::ranges::all_of(std::span{plan.steps}.first(plan.step_count), is_as_fast)) return {};
+  if (plan.method->closes == 0 || &plan.method->poses != &kAtZero ||
+      !std::ranges::all_of(std::span{plan.steps}.first(plan.step_count), is_as_fast))
+    return {};
   return "; at one speed 1 um of lost motion is " + number(1e3 / (2 * speed_mm_s)) +
          " us of delay: a second speed parts them";
 }

@@ -47,7 +47,7 @@ TEST(Capacity, RefusesAtItsStartARunThatNoRecordingHolds) {
 TEST(Capacity, IsNotExceededByRunsThatFit) {
   for (const double factor : {1.0, 1.02, 1.04, 1.06, 1.08, 1.1, 1.15, 1.2, 1.3}) {
     const auto options = optionsOf({factor, 2 * factor, 3 * factor, 4 * factor});
-    const bool fits = simulatedRun(procedure::kSpindleOffset2x2, options, {}, 1).steps == 80;
+    const bool fits = simulatedRun(procedure::kSpindleOffset2x2, options, {}, 1).steps == 100;
     EXPECT_FALSE(fits && refusalOf(options)) << factor;
   }
 }

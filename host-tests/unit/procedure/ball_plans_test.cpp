@@ -42,17 +42,19 @@ std::vector<std::pair<double, double>> posesOf(const LiveMethod& method, const P
 using Turns = std::pair<double, double>;
 
 TEST(BallPlans, TurnBothSpindlesIndependentlyOrTogether) {
-  const auto two_by_two = ElementsAre(Turns{0, 0}, Turns{0, 180}, Turns{180, 0}, Turns{180, 180});
-  EXPECT_THAT(posesOf(kSpindleOffset2x2), two_by_two) << "C turns between any two readings";
+  const auto two_by_two = ElementsAre(Turns{0, 0}, Turns{0, 180}, Turns{180, 0}, Turns{180, 180}, Turns{0, 0});
+  EXPECT_THAT(posesOf(kSpindleOffset2x2), two_by_two)
+      << "C turns between any two readings, and the first pose ends the run";
   EXPECT_THAT(posesOf(kPeriodicCheck), two_by_two);
-  EXPECT_THAT(posesOf(kSpindleOffsetFour), ElementsAre(Turns{0, 0}, Turns{90, 90}, Turns{180, 180}, Turns{270, 270}));
+  EXPECT_THAT(posesOf(kSpindleOffsetFour),
+              ElementsAre(Turns{0, 0}, Turns{90, 90}, Turns{180, 180}, Turns{270, 270}, Turns{0, 0}));
 }
 
 TEST(BallPlans, StayWithinReach) {
   const auto method = kCentrelineLimitedAccess;
-  EXPECT_THAT(posesOf(method), ElementsAre(Turns{0, -40}, Turns{0, 0}, Turns{0, 40}));
+  EXPECT_THAT(posesOf(method), ElementsAre(Turns{0, -40}, Turns{0, 0}, Turns{0, 40}, Turns{0, -40}));
   EXPECT_THAT(posesOf(method, {.arc_rad = std::numbers::pi / 3, .angles = 5}),
-              ElementsAre(Turns{0, -30}, Turns{0, -15}, Turns{0, 0}, Turns{0, 15}, Turns{0, 30}));
+              ElementsAre(Turns{0, -30}, Turns{0, -15}, Turns{0, 0}, Turns{0, 15}, Turns{0, 30}, Turns{0, -30}));
   EXPECT_THAT(refusal(method, {.arc_rad = 0.4}), testing::AllOf(HasSubstr("30 to"), HasSubstr("360 degrees")));
   EXPECT_THAT(refusal(method, {.angles = 1}), testing::AllOf(HasSubstr("2 to"), HasSubstr("30 angles")));
 }
@@ -90,11 +92,13 @@ std::vector<Tilted> tiltsOf(const ProcedureOptions& options) {
 
 TEST(TiltPlans, TiltTheTableWhileCStandsAndTouchNoStem) {
   const auto usual = tiltsOf({});
-  ASSERT_EQ(usual.size(), 4U);
+  ASSERT_EQ(usual.size(), 5U);
   for (std::size_t k = 0; k < 4; ++k) {
     EXPECT_EQ(usual[k].tilt_deg, k % 2 == 0 ? -90 : 0);
     EXPECT_EQ(usual[k].c_deg, k < 2 ? 0 : 180);
   }
+  EXPECT_EQ(usual[4].tilt_deg, -90) << "the run closes at its first pose";
+  EXPECT_EQ(usual[4].c_deg, 0);
   // Right-handed about X: what stood up lies towards +Y, and the stem comes from -Y.
   EXPECT_THAT(usual[0].sides, testing::UnorderedElementsAre(ElementsAre(1, 0, 0), ElementsAre(-1, 0, 0),
                                                             ElementsAre(0, 1, 0), ElementsAre(0, 0, 1)));
@@ -103,7 +107,7 @@ TEST(TiltPlans, TiltTheTableWhileCStandsAndTouchNoStem) {
   ProcedureOptions about_y{.b_count = 3, .b_axis = {0, -1, 0}};
   about_y.b_angles_rad = {-std::numbers::pi / 2, 0, std::numbers::pi / 4};
   const auto other = tiltsOf(about_y);
-  ASSERT_EQ(other.size(), 6U);
+  ASSERT_EQ(other.size(), 7U);
   EXPECT_THAT(other[0].sides, testing::Not(testing::Contains(ElementsAre(-1, 0, 0))))
       << "left-handed about Y by -90: the ball lies towards +X";
   EXPECT_EQ(other[0].sides.size(), 4U);
@@ -128,7 +132,7 @@ TEST(TiltPlans, AreOfTiltsThatTellAnAxisAndNameThemInTheirPrompts) {
   const auto plan = std::make_unique<Plan>();
   fill(*plan, method, {});
   EXPECT_EQ(promptFor(*plan, 0),
-            "touch 1 of 18: the table at a tilt of -90 deg, A at 0 and C at 0 deg; +X side of ball 1, 0.5 mm deep, "
+            "touch 1 of 22: the table at a tilt of -90 deg, A at 0 and C at 0 deg; +X side of ball 1, 0.5 mm deep, "
             "retract at 15 mm/s until 1.5 mm beyond the clearance of 0.6 mm");
 }
 
@@ -162,22 +166,25 @@ TEST(SwivelPlans, TouchFromTheSideOfTheHeadAndNoStem) {
 
 TEST(SwivelPlans, ReadEveryAngleWithEveryToolAndEveryAngleOfA) {
   const auto swivels = std::make_unique<Plan>(planOf(kSwivelError));
-  EXPECT_EQ(swivels->step_count, 2U * 2U * (5 + 5 + 4));
+  EXPECT_EQ(swivels->step_count, 2U * 2U * (5 + 5 + 4) + 2U * 5);
+  EXPECT_EQ(swivels->steps[65].touch.tool, 1U) << "both angles of A at the first stop are read again";
+  EXPECT_EQ(swivels->steps[65].touch.rotary_angles_rad, swivels->steps[5].touch.rotary_angles_rad);
   EXPECT_EQ(swivels->steps[0].touch.tool, 1U);
   EXPECT_EQ(swivels->steps[28].touch.tool, 2U);
   EXPECT_NEAR(swivels->steps[5].touch.rotary_angles_rad[0], std::numbers::pi, 1e-12) << "A turns at one stop of B";
   EXPECT_EQ(swivels->steps[5].touch.rotary_angles_rad[1], swivels->steps[0].touch.rotary_angles_rad[1]);
   EXPECT_EQ(promptFor(*swivels, 38),
-            "touch 39 of 56: tool 2, the head at B 45 deg, A at 0 and C at 0 deg; (0.707, 0.000, -0.707) side of the "
+            "touch 39 of 66: tool 2, the head at B 45 deg, A at 0 and C at 0 deg; (0.707, 0.000, -0.707) side of the "
             "sphere, 0.5 mm deep, retract at 15 mm/s until 1.5 mm beyond the clearance of 0.6 mm");
 
   const auto pivot = std::make_unique<Plan>(planOf(kHeadPivot));
-  EXPECT_EQ(pivot->step_count, 2U * (5 + 5 + 4));
+  EXPECT_EQ(pivot->step_count, 2U * (5 + 5 + 4) + 5);
   EXPECT_EQ(pivot->steps[0].touch.tool, 0U) << "whichever is there";
   EXPECT_NEAR(pivot->steps[27].touch.rotary_angles_rad[0], std::numbers::pi, 1e-12);
 
   const auto spindle = std::make_unique<Plan>(planOf(kAAxisAlignment, {.tool_count = 3, .tools = {7, 8, 9}}));
-  EXPECT_EQ(spindle->step_count, 60U);
+  EXPECT_EQ(spindle->step_count, 65U);
+  EXPECT_EQ(spindle->steps[60].touch.tool, 7U);
   EXPECT_EQ(spindle->steps[59].touch.tool, 9U);
   EXPECT_EQ(spindle->steps[59].b_moves, BMoves::nothing);
   EXPECT_EQ(spindle->steps[59].feature, Feature::part_ball);

@@ -51,7 +51,7 @@ TEST(RotaryProcedure, TakesTheAngleThatWasAskedForWhereTheControlEchoesItInItsDi
     machine.touch();
     EXPECT_EQ(procedure.recording().touches().back().request.rotary_angles_rad, wanted_rad);
   }
-  EXPECT_EQ(procedure.recording().touches().size(), 35U);
+  EXPECT_EQ(procedure.recording().touches().size(), 40U);
 }
 
 TEST(RotaryProcedure, TakesAnAngleThatWasMeasured) {

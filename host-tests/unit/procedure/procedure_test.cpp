@@ -283,7 +283,9 @@ TEST_F(Planned, TouchesOfADelayHaveTwoSpeedsAndCloseWithTheFirst) {
 
 TEST_F(Planned, CentrelineReadsOneBallAtEqualAngles) {
   const Plan plan = of(kCentreline, {.angles = 4});
-  ASSERT_EQ(plan.step_count, 20U);
+  ASSERT_EQ(plan.step_count, 25U);
+  EXPECT_EQ(plan.steps[24].touch.reading, 4U);
+  EXPECT_EQ(plan.steps[24].touch.rotary_angles_rad[2], 0) << "the first pose again, last";
   for (std::size_t k = 0; k < 20; ++k) {
     EXPECT_TRUE(plan.steps[k].turns);
     EXPECT_EQ(plan.steps[k].touch.reading, k / 5);
@@ -292,7 +294,7 @@ TEST_F(Planned, CentrelineReadsOneBallAtEqualAngles) {
   }
   EXPECT_EQ(
       promptFor(plan, 5),
-      "touch 6 of 20: A at 0, B at 0 and C at 90 deg; +X side of ball 1, 0.5 mm deep, retract at 15 mm/s until 1.5 mm "
+      "touch 6 of 25: A at 0, B at 0 and C at 90 deg; +X side of ball 1, 0.5 mm deep, retract at 15 mm/s until 1.5 mm "
       "beyond the clearance of 0.6 mm");
   const Plan arc = of(kCentreline, {.arc_rad = 1.2, .angles = 4});
   EXPECT_NEAR(arc.steps[19].touch.rotary_angles_rad[2], 1.2, 1e-12) << "both ends of an arc are read";
@@ -300,7 +302,7 @@ TEST_F(Planned, CentrelineReadsOneBallAtEqualAngles) {
 
 TEST_F(Planned, AlignmentReadsEveryBallInFourPoses) {
   const Plan plan = of(kCAxisAlignment);
-  ASSERT_EQ(plan.step_count, 60U);
+  ASSERT_EQ(plan.step_count, 65U);
   std::set<std::array<double, 3>> poses;
   for (std::size_t k = 0; k < plan.step_count; ++k) {
     const auto& touch = plan.steps[k].touch;
@@ -345,7 +347,7 @@ TEST_F(Planned, RefusesOptionsThatCannotBeUsedAndSaysWhatCould) {
               testing::AllOf(HasSubstr("0 to"), HasSubstr("60 degrees")));
   EXPECT_THAT(refusal(kCAxisAlignment, {.balls = 1}), testing::AllOf(HasSubstr("2 to"), HasSubstr("7 balls")));
   EXPECT_THAT(refusal(kCentreline, {.speed_count = 3, .speeds_mm_s = {5, 10, 15}, .angles = 12}),
-              HasSubstr("180 touches"));
+              HasSubstr("195 touches"));
   EXPECT_THAT(refusal(kDelayPlates, {.angles = 4}), HasSubstr("rotary angles"));
   EXPECT_THAT(refusal(kCentreline, {.balls = 3}), HasSubstr("balls"));
   EXPECT_THAT(refusal(kDelayInOut, {.approach_rad = 0.1}), HasSubstr("approach angle"));

@@ -27,7 +27,8 @@ std::unique_ptr<Plan> planned(const ProcedureOptions& options, const LiveMethod&
 
 TEST(SetterPlan, TouchesTheSameFacesWithTheProbeAndThenWithTheTool) {
   const auto plan = planned({.tool = 7});
-  ASSERT_EQ(plan->step_count, 36U);
+  ASSERT_EQ(plan->step_count, 42U);
+  for (std::size_t k = 36; k < 42; ++k) EXPECT_EQ(plan->steps[k].touch.tool, 0U) << "the probe once more";
   for (std::size_t k = 0; k < 18; ++k) {
     const Step &of_probe = plan->steps[k], &of_tool = plan->steps[k + 18];
     EXPECT_EQ(of_probe.touch.tool, 0U);

@@ -41,8 +41,9 @@ std::unique_ptr<Plan> planned(const LiveMethod& method) {
 
 TEST(ShankPlan, ReadsTheBallWithTheTipAndThenTouchesItWithTheShankOfTheSameTool) {
   const auto plan = planned(kAAxisAlignment);
-  ASSERT_EQ(plan->step_count, 4U * 5U + 4U * 4U);
-  for (std::size_t k = 0; k < plan->step_count; ++k) {
+  ASSERT_EQ(plan->step_count, 4U * 5U + 4U * 4U + 5U);
+  EXPECT_EQ(plan->steps[36].touch.shank_height_mm, 0) << "the tip closes the run";
+  for (std::size_t k = 0; k < 36; ++k) {
     const auto& touch = plan->steps[k].touch;
     EXPECT_EQ(touch.tool, 3U);
     EXPECT_EQ(touch.shank_height_mm, k < 20 ? 0 : 50) << k;

@@ -22,8 +22,8 @@ class Sweeping : public testing::Test {
                      .at = {},
                      .options = {.speed_count = 1, .speeds_mm_s = {0.5}, .axis = 2, .travel_mm = 40}});
   }
-  // The axis Y moves by a nanometre a count, 1 um a millisecond; its sensor is read every 50 ms, Z's as well, and between
-  // two positions that are kept.
+  // The axis Y moves by a nanometre a count, 1 um a millisecond; its sensor is read every 50 ms, Z's as well, and
+  // between two positions that are kept.
   void pass(int milliseconds) {
     for (int i = 0; i < milliseconds; ++i, ++now_ms) {
       const auto at = monoTime(now_ms * 1'000'000);
