@@ -12,7 +12,7 @@ constexpr double kSafeZOfLathe_mm = 280;
 class LoopOfLathe : public testing::TestWithParam<std::string> {
  protected:
   static constexpr Asked kDelay{.method = 1}, kPlates{.method = 3}, kJogs{.method = 9}, kSweep{.method = 10, .axis = 1},
-      kTurningAxis{.method = 33}, kTurningTool{.method = 20, .tool = 4};
+      kTurningAxis{.method = 33}, kTurningTool{.method = 20, .tool = 4}, kCheck{.method = 14};
   static FanucProgram& fanucOf(OfAText& text) { return dynamic_cast<FanucProgram&>(*text.program); }
 };
 
@@ -21,7 +21,7 @@ TEST_P(LoopOfLathe, MakesTheMovesOfTheKitsOwnLoopAndFindsTheTruth) {
   OfAText text{GetParam(), 0, 0, latheFacts()};
   kit.standByThePlate();
   text.standByThePlate();
-  for (const auto& run : {kDelay, kPlates, kJogs, kSweep, kTurningAxis, kTurningTool}) {
+  for (const auto& run : {kDelay, kPlates, kJogs, kSweep, kTurningAxis, kTurningTool, kCheck}) {
     const auto from = withoutIdleChanges(kit.control.commanded()).size();
     ASSERT_EQ(kit.run(run), run.came) << "method " << run.method << ", " << kit.why();
     ASSERT_EQ(text.run(run), run.came) << "method " << run.method << ", " << text.why() << text.alarm;
