@@ -351,8 +351,9 @@ class FanucWriter final : public Writer {
            "waits. The first change is made in any case.";
   }
   std::string toolsOfLathe() {
-    return "X is programmed in diameters: bit 3 (DIA) of parameter 1006 is 1 for it, and no G10.9 changes that. Places "
-           "below are in radius. G90, G92 and G94 are cycles of this system and do not occur. T has two digits for the "
+    return "X is programmed in diameters: bit 3 (DIA) of parameter 1006 is 1 for it, and no G10.9 changes that. Where "
+           "it is not, X moves twice as far: run selftest first (A9.), whose jogs show it. Places below are in radius. "
+           "G90, G92 and G94 are cycles of this system and do not occur. T has two digits for the "
            "station and two for the offset (bit 0, LD1, of parameter 5002 is 0): it takes T0100 for tool 1, without an "
            "offset. Call T with offset 00 before the program, where that may move the axes: it begins with an alarm "
            "where one is active. The turret turns with Z at the safe height, wherever X is: nothing that it carries "
