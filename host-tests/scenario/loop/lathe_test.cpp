@@ -45,6 +45,22 @@ TEST_P(LoopOfLathe, MakesTheMovesOfTheKitsOwnLoopAndFindsTheTruth) {
   EXPECT_NEAR(box.value(address::centreline_here), at_mm, 0.03);
 }
 
+// Arcs have X in diameters and their middle in radius.
+TEST_P(LoopOfLathe, MovesALatheThatHasAYToo) {
+  constexpr Asked kScan{.method = 26}, kDelayPerAxis{.method = 4}, kBallOnC{.method = 7};
+  OfTheKit kit{0};
+  OfAText text{GetParam(), 0, 0, usualFacts(), "XZYC"};
+  for (const auto& run : {kScan, kDelayPerAxis, kBallOnC}) {
+    const auto from = withoutIdleChanges(kit.control.commanded()).size();
+    ASSERT_EQ(kit.run(run), run.came) << "method " << run.method << ", " << kit.why();
+    ASSERT_EQ(text.run(run), run.came) << "method " << run.method << ", " << text.why() << text.alarm;
+    expectSame(withoutIdleChanges(kit.control.commanded()), withoutIdleChanges(text.control.commanded()), from);
+    ASSERT_FALSE(HasFatalFailure()) << "method " << run.method;
+  }
+  EXPECT_EQ(text.control.crashes(), 0U);
+  EXPECT_EQ(text.control.orientations, 0);
+}
+
 TEST_P(LoopOfLathe, GoesItsWholeWayAboveEverythingFirst) {
   OfAText text{GetParam(), 2, 0, latheFacts()};
   ASSERT_EQ(text.run(kDelay), kDone) << text.why() << text.alarm;

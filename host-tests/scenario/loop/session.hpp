@@ -128,18 +128,20 @@ class OfTheKit final : public Session {
 
 class OfAText final : public Session {
  public:
-  OfAText(const std::string& dialect, double dry, char table = 0, const procedure::Facts& facts = usualFacts())
+  // axes: of a lathe that has a Y; one without has XZC.
+  OfAText(const std::string& dialect, double dry, char table = 0, const procedure::Facts& facts = usualFacts(),
+          const std::string& axes = {})
       : Session{dry, table, facts} {
-    const bool is_lathe = !facts.has_y;
-    const std::string axes = is_lathe ? "XZC" : "XYZABC";
-    const auto text = gcode::loop::loopProgram(dialect + (is_lathe ? "-lathe" : ""), axes);
+    const bool is_lathe = !facts.has_y || !axes.empty();
+    const std::string letters = !axes.empty() ? axes : is_lathe ? "XZC" : "XYZABC";
+    const auto text = gcode::loop::loopProgram(dialect + (is_lathe ? "-lathe" : ""), letters);
     EXPECT_TRUE(text) << (text ? "" : text.error().what);
     if (dialect == "fanuc") {
-      program = std::make_unique<FanucProgram>(control, *text, axes);
+      program = std::make_unique<FanucProgram>(control, *text, letters, is_lathe);
     } else {
-      program = std::make_unique<SiemensProgram>(control, *text, is_lathe);
+      program = std::make_unique<SiemensProgram>(control, *text, facts.has_y, is_lathe);
     }
-    if (is_lathe) {
+    if (!facts.has_y) {
       for (const auto& [name, mm] : kPlacesOfLathe) program->set(name, mm);
       for (const auto& [number, mm] : kTablesOfLathe) program->setTable(number, mm);
     }

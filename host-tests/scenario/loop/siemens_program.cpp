@@ -15,8 +15,8 @@ std::string siemensName(const std::string& of) {
 
 }  // namespace
 
-SiemensProgram::SiemensProgram(Control& control, std::string_view text, bool is_lathe)
-    : TextProgram{control}, is_lathe_{is_lathe} {
+SiemensProgram::SiemensProgram(Control& control, std::string_view text, bool has_y, bool is_lathe)
+    : TextProgram{control}, has_y_{has_y}, is_lathe_{is_lathe} {
   if (is_lathe_) modes['R'] = 1;
   known_ = [this](const std::string& name, double index) { return read(name, index); };
   std::istringstream all{std::string{text}};
@@ -172,12 +172,14 @@ void SiemensProgram::block(const std::string& text) {
     if (modes['D'] != 0) throw Alarm{"a move with a tool length"};
     if (!moves) return turnBy(words);
     if (round && modes['P'] != 17) throw Alarm{"an arc in another plane than G17"};
+    const double in_diameters = is_lathe_ && modes['R'] == 1 ? 2 : 1;
     if (round)
-      return control_.arc({value('X'), value('Y')}, {value('I'), value('J')}, value('F'), text.starts_with("G2"));
+      return control_.arc({value('X') / in_diameters, value('Y')}, {value('I'), value('J')}, value('F'),
+                          text.starts_with("G2"));
     if (guarded && words.contains('C')) return control_.turnUntilTouched(value('C'), value('F'));
     if (!words.contains('X')) return turnBy(words, value('F'));
-    if (words.contains('Y') == is_lathe_) throw Alarm{"a word of an axis that is not there, or none of one: " + text};
-    const double x = value('X') / (modes['R'] == 1 ? 2 : 1), y = is_lathe_ ? control_.position('Y') : value('Y');
+    if (words.contains('Y') != has_y_) throw Alarm{"a word of an axis that is not there, or none of one: " + text};
+    const double x = value('X') / in_diameters, y = has_y_ ? value('Y') : control_.position('Y');
     touched_ = 0;
     try {
       control_.move({x, y, value('Z')}, value('F'), guarded);

@@ -72,8 +72,8 @@ void TextProgram::turnBy(const std::map<char, std::string>& words, double feed_d
   control_.turn(to, feed_deg_min);
 }
 
-FanucProgram::FanucProgram(Control& control, std::string_view text, std::string letters)
-    : TextProgram{control}, letters_{std::move(letters)}, is_lathe_{letters_.find('Y') == std::string::npos} {
+FanucProgram::FanucProgram(Control& control, std::string_view text, std::string letters, bool is_lathe)
+    : TextProgram{control}, letters_{std::move(letters)}, is_lathe_{is_lathe} {
   if (is_lathe_) {
     modal = {{4004, 69}, {4005, 99}, {4006, 21}, {4007, 40}, {4010, 80}, {4011, 50}, {4014, 55},
              {4015, 64}, {4016, 18}, {4017, 69}, {4021, 13}, {4022, 50}, {4130, 0}};
@@ -234,9 +234,9 @@ void FanucProgram::block(const std::string& text) {
   }
   if (codes.contains(0)) return turnBy(words);
   if (round) {
-    if (modal[4002] != 17) throw Alarm{"an arc in another plane than G17"};
-    return control_.arc({value('X') + shiftOf(0), value('Y') + shiftOf(1)}, {value('I'), value('J')}, value('F'),
-                        codes.contains(2));
+    if (modal[is_lathe_ ? 4016 : 4002] != 17) throw Alarm{"an arc in another plane than G17"};
+    const auto end = placeIn(words);
+    return control_.arc({end[0], end[1]}, {value('I'), value('J')}, value('F'), codes.contains(2));
   }
   if (guarded && words.contains('C')) return control_.turnUntilTouched(value('C') + shiftOf(5), value('F'));
   if (!words.contains('X')) return turnBy(words, value('F'));

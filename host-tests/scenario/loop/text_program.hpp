@@ -46,10 +46,10 @@ class TextProgram {
   Formula::Known known_;
 };
 
-// letters: the axes as the control numbers them. Without a Y it is a lathe of G-code system A, X in diameters.
+// letters: the axes as the control numbers them. A lathe has G-code system A, X in diameters.
 class FanucProgram final : public TextProgram {
  public:
-  FanucProgram(Control& control, std::string_view text, std::string letters = "XYZABC");
+  FanucProgram(Control& control, std::string_view text, std::string letters, bool is_lathe);
   void call(const std::vector<double>& arguments) override;
   void set(const std::string& name, double value) override { preset_[name] = value; }
   double get(const std::string& name) const override;
@@ -92,7 +92,7 @@ class FanucProgram final : public TextProgram {
 
 class SiemensProgram final : public TextProgram {
  public:
-  SiemensProgram(Control& control, std::string_view text, bool is_lathe = false);
+  SiemensProgram(Control& control, std::string_view text, bool has_y, bool is_lathe);
   void call(const std::vector<double>& arguments) override;
   void set(const std::string& name, double value) override { preset_[name] = value; }
   double get(const std::string& name) const override;
@@ -117,7 +117,7 @@ class SiemensProgram final : public TextProgram {
   std::vector<double> locals_;          // PBL_N
   std::map<std::string, int> numbers_;  // in it, of names, as the program lists them
   double touched_{};
-  bool saves_{}, is_lathe_;
+  bool saves_{}, has_y_, is_lathe_;
 };
 
 }  // namespace probebox::scenario
