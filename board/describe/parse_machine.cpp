@@ -399,6 +399,8 @@ PeriodicCheckDescription readPeriodicCheck(Section section, const Machine& machi
   readKeys(section, check);
   requireReachable(section, "ball_centre_z_mm", check.ball_centre_z_mm, 2, machine);
   if (check.accepted_x_mm) requireNear(section, "accepted_x_mm", *check.accepted_x_mm, 0, machine);
+  if (check.accepted_y_mm && !machine.has_y)
+    section.problem("accepted_y_mm", "is of an axis that this machine does not have: remove it");
   if (check.accepted_y_mm) requireNear(section, "accepted_y_mm", *check.accepted_y_mm, 1, machine);
   if (section.has("swivels_deg")) check.swivels_deg = readCheckSwivels(section, machine);
   section.finish();

@@ -20,7 +20,11 @@ Boot::Boot(Office& office, const std::filesystem::path& file, const procedure::F
     : office_{office},
       core_{states_, commands_},
       calibrations_{store::Store::openAnyhow(file.string()),
-                    {.probe_serial_number = "1", .machine = "mill", .mounting = "spindle", .travel = usualTravel()},
+                    {.probe_serial_number = "1",
+                     .machine = "mill",
+                     .mounting = "spindle",
+                     .travel = travelOf(facts),
+                     .has_y = facts.has_y},
                     facts,
                     [this] { return office_.scenario().now(); },
                     [](std::span<const Event>) { return std::optional<Error>{}; },
@@ -40,7 +44,7 @@ Boot::Boot(Office& office, const std::filesystem::path& file, const procedure::F
       worker_{[] {}},
       handler_{{"office", "0", {}},
                {1.0, time_, commands_, worker_, calibrations_, results_, loop_back_, unit_, updates_, connections_,
-                applied_, counters_, sources_, [] { return std::vector<messages::CncLineStatus>{}; }, usualTravel()},
+                applied_, counters_, sources_, [] { return std::vector<messages::CncLineStatus>{}; }, travelOf(facts)},
                [](const app::Reply&) {}} {}
 
 std::vector<Event> Boot::restored(const app::LastServedAtStart& served) {

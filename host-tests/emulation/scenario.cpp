@@ -42,8 +42,12 @@ world::Config warmingWorld(const std::filesystem::path& config) {
   return {*other->world, other->machine};
 }
 
+world::Config warmingLatheWorld() {
+  return {*lathe().world, lathe().machine};
+}
+
 world::Config latheWorld() {
-  world::Config config{*lathe().world, lathe().machine};
+  auto config = warmingLatheWorld();
   config.screws = {};
   config.encoders.power_up_mm = {};
   return config;
@@ -96,6 +100,10 @@ procedure::Facts usualFacts() {
 
 app::MachineTravel usualTravel() {
   return app::travelOf(sim().machine);
+}
+
+app::MachineTravel travelOf(const procedure::Facts& facts) {
+  return facts.has_y ? usualTravel() : app::travelOf(lathe().machine);
 }
 
 void Recorder::account(SampleIndex first, std::uint64_t count) {

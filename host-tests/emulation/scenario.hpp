@@ -57,7 +57,8 @@ class Recorder : public box::Outputs {
 // place of those that are compiled in, such as board/sim-worn.
 world::Config warmingWorld(const std::filesystem::path& config = {});
 // The emulated lathe of X and Z, with cold screws and absolute encoders, and the facts in its descriptions.
-world::Config latheWorld();
+world::Config warmingLatheWorld();
+world::Config latheWorld();  // without screws, its axes referenced
 procedure::Facts latheFacts();
 // The emulated board with cold screws and absolute encoders.
 world::Config usualWorld();
@@ -68,6 +69,8 @@ procedure::Facts usualFacts();
 world::ControllerConfig controllerOf(const world::Config& config);
 // The travel of its axes.
 app::MachineTravel usualTravel();
+// Of the board that has the axes of these facts.
+app::MachineTravel travelOf(const procedure::Facts& facts);
 
 // How samples reach the box: all stamped by the world; the probe's counted by a receiver, or by one that has the
 // encoders too, or by the front end, which has lines as well; or positions told by the controller.

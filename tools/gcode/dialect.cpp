@@ -9,7 +9,9 @@
 namespace probebox::gcode {
 namespace {
 
-constexpr std::array<std::string_view, 4> kNames{"linuxcnc", "fanuc", "siemens", "haas"};
+std::array<const Dialect*, 6> dialects() {
+  return {&linuxcnc(), &fanuc(), &fanucLathe(), &siemens(), &siemensLathe(), &haas()};
+}
 
 }  // namespace
 
@@ -39,11 +41,20 @@ std::string Dialect::comment(std::string_view text) const {
   return "(" + plain(text) + ")";
 }
 
-std::string placeWords(const Move& move) {
+std::string Dialect::machines() const {
+  return "For machining centres, not for lathes: no " + std::string{lathe()} + ", no diameters in X, no turret.";
+}
+
+std::string Dialect::placeWords(const Move& move) const {
   std::string words;
-  if (move.axes != Move::Axes::z) words += " X" + decimal(move.to_mm.x()) + " Y" + decimal(move.to_mm.y());
+  if (move.axes != Move::Axes::z) words += " X" + decimal(xFactor() * move.to_mm.x());
+  if (move.axes != Move::Axes::z && !isLathe()) words += " Y" + decimal(move.to_mm.y());
   if (move.axes != Move::Axes::xy) words += " Z" + decimal(move.to_mm.z());
   return words;
+}
+
+std::string Dialect::retracting(double machine_z_mm) const {
+  return "Z rises to " + decimal(machine_z_mm) + " in machine coordinates at rapid";
 }
 
 bool isAxisWord(std::string_view word) {
@@ -62,7 +73,7 @@ std::string Dialect::move(const Move& move) const {
   return "G1" + placeWords(move) + " F" + decimal(move.feed_mm_min);
 }
 
-Dialect::Lines Dialect::moveBy(const Eigen::Vector3d& by_mm, double feed_mm_min) {
+Dialect::Lines Dialect::moveBy(const Eigen::Vector3d& by_mm, double feed_mm_min) const {
   return {"G91", "G1" + placeWords({.to_mm = by_mm}) + " F" + decimal(feed_mm_min), "G90"};
 }
 
@@ -105,14 +116,20 @@ std::string Dialect::wait(double s) const {
 }
 
 const Dialect* dialectNamed(std::string_view name) {
-  for (const Dialect* one : {&linuxcnc(), &fanuc(), &siemens(), &haas()}) {
+  for (const Dialect* one : dialects()) {
     if (one->name() == name) return one;
   }
   return nullptr;
 }
 
 std::span<const std::string_view> dialectNames() {
-  return kNames;
+  static const auto names = [] {
+    const auto all = dialects();
+    std::array<std::string_view, all.size()> each;
+    std::ranges::transform(all, each.begin(), &Dialect::name);
+    return each;
+  }();
+  return names;
 }
 
 }  // namespace probebox::gcode

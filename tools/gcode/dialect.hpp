@@ -26,8 +26,10 @@ class Dialect {
   virtual ~Dialect() = default;
   virtual std::string_view name() const = 0;
   virtual std::string_view control() const = 0;
-  // Lathe features of this control that the programs do not support, as text to follow "no ".
-  virtual std::string_view lathe() const = 0;
+  // True for a lathe of X and Z with a turret.
+  virtual bool isLathe() const { return false; }
+  // One sentence about the machines that these programs are for.
+  virtual std::string machines() const;
   // One sentence that names the controls or simulators on which programs of this dialect have run.
   virtual std::string_view tried() const = 0;
   // What the control is left with at the end, and after an alarm, beyond what all are: one sentence.
@@ -58,7 +60,7 @@ class Dialect {
   // To where the probe touches; an alarm where it does not.
   virtual Lines seek(const Move& move) const = 0;
   // From where the axes stand.
-  static Lines moveBy(const Eigen::Vector3d& by_mm, double feed_mm_min);
+  virtual Lines moveBy(const Eigen::Vector3d& by_mm, double feed_mm_min) const;
   // A move of Z that activates a length offset.
   virtual Lines takeLength(const Move& move) const = 0;
   // After the first move of Z to a known height, with a length offset: for dialects whose checks need it.
@@ -69,6 +71,8 @@ class Dialect {
   // Under tip control, stopped with an alarm when the probe touches: for dialects that can.
   virtual Lines guardedTurn(const Turn& turn, const Words& words) const { return this->turn(turn, words); }
   virtual Lines retract(const Retract& retract, double machine_z_mm) const = 0;
+  // The same in words, as text to follow "Before that ".
+  virtual std::string retracting(double machine_z_mm) const;
   virtual Lines take(const TakeTool& tool) const;
   // The same, and the modes again.
   Lines takeAnew(const TakeTool& tool) const;
@@ -80,6 +84,17 @@ class Dialect {
   virtual std::string wait(double s) const;
   virtual Lines stop(const Stop& stop) const = 0;
   virtual Lines mark(const Mark& mark) const = 0;
+
+ protected:
+  // " X1.000 Y2.000 Z3.000" of the axes that a move commands.
+  std::string placeWords(const Move& move) const;
+  // Letters of the linear axes, as the control numbers them from 1, and what it calls an mm of X.
+  std::string_view linearAxes() const { return isLathe() ? "XZ" : "XYZ"; }
+  virtual double xFactor() const { return 1; }
+
+ private:
+  // Lathe features of this control that programs of a mill do not have, as text to follow "no ".
+  virtual std::string_view lathe() const { return ""; }
 };
 
 // Returns a dialect by its name; nullptr if it is unknown.
@@ -89,7 +104,9 @@ std::span<const std::string_view> dialectNames();
 // One instance each.
 const Dialect& linuxcnc();
 const Dialect& fanuc();
+const Dialect& fanucLathe();
 const Dialect& siemens();
+const Dialect& siemensLathe();
 const Dialect& haas();
 
 // With three decimals and a decimal point, and no "-0.000".
@@ -98,8 +115,6 @@ std::string decimal(double value);
 std::string plain(std::string_view text);
 // "BEGIN 3" or "END 3", as firmware/tape reads it.
 std::string nameOf(const Mark& mark);
-// " X1.000 Y2.000 Z3.000" of the axes that a move commands.
-std::string placeWords(const Move& move);
 // "M19 R" is a block of its own; "B" and "C1=" are words that move with others.
 bool isAxisWord(std::string_view word);
 

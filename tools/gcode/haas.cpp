@@ -10,7 +10,6 @@ class Haas final : public MacroB {
  public:
   std::string_view name() const override { return "haas"; }
   std::string_view control() const override { return "Haas NGC with macros"; }
-  std::string_view lathe() const override { return "lathe codes"; }
   std::string_view tried() const override { return "This dialect was not run on a control."; }
   std::string_view leaves() const override {
     return "G52 at zero, G50, G69, G54, G90, G94, G64, the look-ahead as usual (G103). After an alarm: G103 P1, until "
@@ -52,6 +51,7 @@ class Haas final : public MacroB {
   Lines mark(const Mark& mark) const override { return printed(mark, {";", ";"}); }
 
  private:
+  std::string_view lathe() const override { return "lathe codes"; }
   std::string_view tipControl() const override { return "G234"; }
 };
 

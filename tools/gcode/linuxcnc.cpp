@@ -7,7 +7,6 @@ class LinuxCnc final : public Dialect {
  public:
   std::string_view name() const override { return "linuxcnc"; }
   std::string_view control() const override { return "LinuxCNC 2.9"; }
-  std::string_view lathe() const override { return "G7, G8"; }
   std::string_view tried() const override {
     return "The tests read it with LinuxCNC's own interpreter, rs274. No machine was moved by it.";
   }
@@ -84,6 +83,9 @@ class LinuxCnc final : public Dialect {
                              " C" + decimal(c) + " T" + std::to_string(mark.tool) + " F" + decimal(mark.speed_mm_s) +
                              ")"};
   }
+
+ private:
+  std::string_view lathe() const override { return "G7, G8"; }
 };
 
 }  // namespace

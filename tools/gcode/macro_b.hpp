@@ -20,7 +20,7 @@ class MacroB : public Dialect {
   std::string wait(double s) const override;
   Lines stop(const Stop& stop) const override;
   // Cancels a local shift, and refuses what else an earlier program may have left that moves the tip elsewhere.
-  Lines cleared() const;
+  virtual Lines cleared() const;
   // first: blocks that keep the control from printing before the motion has ended.
   Lines printed(const Mark& mark, const Lines& first) const;
 

@@ -74,6 +74,19 @@ Place aroundSetter(const Step& step, const Setting& setting) {
   return {Place::Shape::block, setting.at_mm, half_mm.norm() + setting.keep_off_mm, half_mm};
 }
 
+Place whereItIs(const Step& step, const Setting& setting) {
+  if (step.feature == Feature::tool_setter) return aroundSetter(step, setting);
+  if (step.feature == Feature::plates) {
+    const double half = (*setting.gap_mm - *setting.stylus_diameter_mm) / 2;
+    return {Place::Shape::gap, setting.at_mm, 0, Vector3d::Constant(half)};
+  }
+  const Vector3d centre = step.feature == Feature::part_ball ? ballOf(step, setting) : setting.at_mm;
+  // A sensor head comes over its ball from above.
+  if (step.kind == procedure::Kind::hold) return {Place::Shape::gap, centre, 0, Vector3d::Zero()};
+  const double met_mm = (*setting.ball_diameter_mm + *setting.stylus_diameter_mm) / 2;
+  return {Place::Shape::round, centre, met_mm + setting.keep_off_mm, Vector3d::Constant(met_mm)};
+}
+
 Error missing(const char* what, const char* option) {
   return Error{std::string{"The program has to know "} + what + ": give " + option + "."};
 }
@@ -174,16 +187,9 @@ std::optional<Error> whyUnknown(const Step& step, const Setting& setting) {
 }
 
 Place placeOf(const Step& step, const Setting& setting) {
-  if (step.feature == Feature::tool_setter) return aroundSetter(step, setting);
-  if (step.feature == Feature::plates) {
-    const double half = (*setting.gap_mm - *setting.stylus_diameter_mm) / 2;
-    return {Place::Shape::gap, setting.at_mm, 0, Vector3d::Constant(half)};
-  }
-  const Vector3d centre = step.feature == Feature::part_ball ? ballOf(step, setting) : setting.at_mm;
-  // A sensor head comes over its ball from above.
-  if (step.kind == procedure::Kind::hold) return {Place::Shape::gap, centre, 0, Vector3d::Zero()};
-  const double met_mm = (*setting.ball_diameter_mm + *setting.stylus_diameter_mm) / 2;
-  return {Place::Shape::round, centre, met_mm + setting.keep_off_mm, Vector3d::Constant(met_mm)};
+  Place place = whereItIs(step, setting);
+  if (!setting.has_y) place.centre_mm.y() = 0;
+  return place;
 }
 
 Vector3d surfaceOf(const Step& step, const Place& place, const Setting& setting) {

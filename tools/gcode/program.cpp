@@ -58,7 +58,7 @@ class Writer {
   }
 
   void operator()(const Move& move) {
-    if (move.by_mm && sought_) return lines(Dialect::moveBy(*move.by_mm, move.feed_mm_min));
+    if (move.by_mm && sought_) return lines(dialect_.moveBy(*move.by_mm, move.feed_mm_min));
     if (move.length) {
       tip_control_ = move.length->tip_control;
       lines(dialect_.takeLength(move));
@@ -74,7 +74,7 @@ class Writer {
     if (!sought_) return;
     lines(dialect_.seek({.to_mm = seek.to_mm, .feed_mm_min = seek.feed_mm_min}));
     lines(dialect_.contact({.begin = true}));
-    lines(Dialect::moveBy(seek.off_mm, seek.feed_mm_min));
+    lines(dialect_.moveBy(seek.off_mm, seek.feed_mm_min));
     lines(dialect_.contact({.begin = false}));
   }
   void operator()(const Turn& turn) {
@@ -114,7 +114,7 @@ class Writer {
   std::string text_;
 };
 
-std::string toolsOf(const Blocks& blocks, const Setting& setting) {
+std::string toolsOf(const Blocks& blocks, const Setting& setting, const Dialect& dialect) {
   std::set<std::uint32_t> numbers;
   bool checked = false;
   for (const auto& block : blocks) {
@@ -122,13 +122,16 @@ std::string toolsOf(const Blocks& blocks, const Setting& setting) {
     checked = checked || std::holds_alternative<CheckLength>(block);
   }
   if (checked)
-    return "No tool is called: the probe is in the spindle, its length offset active. The program ends with an alarm "
+    return "No tool is called: " +
+           std::string{dialect.isLathe() ? "the turret stands at the probe, its"
+                                         : "the probe is in the spindle, its length"} +
+           " offset active. The program ends with an alarm "
            "where none is active, and cannot see whose it is: --probe-tools NUMBER makes it call the tool.";
   std::string text;
   for (const auto number : numbers) text += (text.empty() ? "" : ", ") + std::string{"tool "} + std::to_string(number);
-  return "It takes " + text + ", each with the length offset of its own number. Before that Z rises to " +
-         decimal(setting.machine_z_mm) +
-         " in machine coordinates at rapid, and X and Y move at that height to above the place.";
+  return "It takes " + text + ", each with the offset of its own number. Before that " +
+         dialect.retracting(setting.machine_z_mm) + ", and " + (dialect.isLathe() ? "X moves" : "X and Y move") +
+         " at that height to above the place.";
 }
 
 std::string wordOf(std::size_t axis, const Setting& setting, const Dialect& dialect) {
@@ -260,29 +263,28 @@ void explain(Writer& to, const Blocks& measured, const Setting& setting, const H
   const Extent path{measured};
   const double lift_mm = liftOfDryRun(measured, *setting.safe_z_mm);
   to.comment("Control: " + std::string{dialect.control()} + ".");
-  to.comment("For machining centres, not for lathes: no " + std::string{dialect.lathe()} +
-             ", no diameters in X, no turret.");
+  to.comment(dialect.machines());
   to.comment(dialect.tried());
   explainStops(to, measured, setting, dialect);
   to.comment("NEEDS:");
   to.comment("On the box first: " + heading.command);
   to.comment("G54: " + heading.zero);
   to.comment("Coordinates are of the centre of the stylus ball, or of the tip of a tool that is measured.");
-  to.comment(toolsOf(measured, setting));
+  to.comment(toolsOf(measured, setting, dialect));
   explainRotary(to, measured, setting, dialect);
   explainClearance(to, measured, setting, lift_mm);
   to.comment("Nothing above Z " + decimal(*setting.safe_z_mm) + " in G54, which is the safe height. Travel: X " +
-             from(path.least.x(), path.most.x()) + ", Y " + from(path.least.y(), path.most.y()) + ", Z " +
+             from(path.least.x(), path.most.x()) +
+             (dialect.isLathe() ? " in radius" : ", Y " + from(path.least.y(), path.most.y())) + ", Z " +
              from(path.least.z(), path.most.z()) + ", in the dry run up to " + decimal(path.most.z() + lift_mm) + ".");
   to.comment("Fastest feed: " + decimal(path.fastest_mm_min) +
              " mm/min. At rapid: rotary axes, where no tip is kept in place, and Z up before a tool is taken or tip "
              "control ends. The box wants measuring feeds at 100 percent: no override there.");
   for (const auto& need : dialect.needs(marks)) to.comment(need);
-  to.comment(
-      "LEAVES BEHIND: spindle and coolant stopped, the last tool in the spindle, its length offset active unless a "
-      "head "
-      "swivelled, Z at the safe height or higher, rotary axes at the last angles; " +
-      std::string{dialect.leaves()});
+  to.comment(std::string{"LEAVES BEHIND: spindle and coolant stopped, "} +
+             (dialect.isLathe() ? "the turret at the last tool, its offset active"
+                                : "the last tool in the spindle, its length offset active unless a head swivelled") +
+             ", Z at the safe height or higher, rotary axes at the last angles; " + std::string{dialect.leaves()});
 }
 
 }  // namespace

@@ -3,11 +3,10 @@
 namespace probebox::gcode {
 namespace {
 
-class Siemens final : public Dialect {
+class Siemens : public Dialect {
  public:
   std::string_view name() const override { return "siemens"; }
   std::string_view control() const override { return "Siemens 840D sl"; }
-  std::string_view lathe() const override { return "DIAMOF, G95 of a lathe"; }
   std::string_view tried() const override { return "This dialect was not run on a control."; }
   std::string_view leaves() const override {
     return "programmed shifts, rotations, scales and mirrors cancelled (TRANS), G54, G90, G94, G64. After an alarm: "
@@ -89,6 +88,7 @@ class Siemens final : public Dialect {
   }
 
  private:
+  std::string_view lathe() const override { return "DIAMOF, G95 of a lathe (--dialect siemens-lathe)"; }
   static Lines watched(const std::string& block, int alarm_at, const std::string& label) {
     return {"MEAS=1 " + block, "STOPRE", "IF $AC_MEA[1]==" + std::to_string(alarm_at) + " GOTOF " + label};
   }
@@ -96,10 +96,46 @@ class Siemens final : public Dialect {
   static void addCheck(Lines& lines) { lines.insert(lines.end(), {"IF PB_ERR<>0", "SETAL(65000)", "ENDIF"}); }
 };
 
+// X in radius by DIAMOF; T turns the turret, without an M6.
+class SiemensLathe final : public Siemens {
+ public:
+  std::string_view name() const override { return "siemens-lathe"; }
+  bool isLathe() const override { return true; }
+  std::string machines() const override {
+    return "For lathes of X and Z, in the plane G18: X is in radius from DIAMOF on. T turns the turret without an M6 "
+           "(MD "
+           "22550 TOOL_CHANGE_MODE is 0).";
+  }
+  std::string_view leaves() const override {
+    return "programmed shifts, rotations, scales and mirrors cancelled (TRANS), G54, G90, G94, G64. DIAMON is again "
+           "what "
+           "reset makes of it (MD 20150), at M30 and after an alarm, as of other G functions and D.";
+  }
+  Lines needs(Marks marks) const override {
+    Lines lines = Siemens::needs(marks);
+    lines.emplace_back(
+        "Where C turns: the main spindle is axis C before the start, as the builder switches it, its brake released.");
+    return lines;
+  }
+  bool hasTipControl() const override { return false; }
+  Lines modes() const override { return {"G18 G710 G40", "G54 G90 G94 G60", "TRANS", "DIAMOF"}; }
+  Lines take(const TakeTool& tool) const override { return {"T" + std::to_string(tool.number)}; }
+  // A turning tool has its lengths along X and Z.
+  Lines checkLength() const override {
+    return {"STOPRE", "IF ($P_TOOL==0) OR (($P_TOOLL[1]==0) AND ($P_TOOLL[2]==0))",
+            "SETAL(65001,\"NO TOOL OFFSET ACTIVE\")", "ENDIF"};
+  }
+};
+
 }  // namespace
 
 const Dialect& siemens() {
   static const Siemens one;
+  return one;
+}
+
+const Dialect& siemensLathe() {
+  static const SiemensLathe one;
   return one;
 }
 

@@ -24,6 +24,7 @@ Outcome<ProcedureOptions, Refusal> completed(const Wanted& wanted, const procedu
     return Refusal{"not-forecast",
                    std::string{method->name()} + " has no result whose uncertainty could be forecast: run it"};
   }
+  if (const auto why = procedure::whyNoY(*method, options, facts)) return Refusal{"not-forecast", why->what};
   if (by == procedure::ReadBy::head) {
     if (const auto why = procedure::whyNoHead(*method, facts)) return badOption(why->what);
   }

@@ -151,6 +151,7 @@ void addFacts(const store::Record& record, MeasuredFacts& facts) {
     facts.ball_x90 = acceptedXAt90(*result);
     facts.ball_z90 = acceptedOf(*result, metrology::kZAt90.key);
     facts.ball_z = acceptedOf(*result, metrology::quantity::kBallCentre, 2);
+    if (!facts.ball_z) facts.ball_z = acceptedOf(*result, metrology::quantity::kBallCentreZ);
   }
   if (const auto screw = parseSubject(record.binding.subject, SubjectKind::screw))
     facts.screw_faces[screw->axis()] = faceOf(record);

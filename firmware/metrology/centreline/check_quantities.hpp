@@ -35,6 +35,8 @@ inline constexpr CheckQuantity kXAt90{"x_offset_error_mm", "x_touch", column::kX
 namespace quantity {
 // Of the checked ball at C = 0 and B = 0, from which the next check starts.
 inline constexpr Quantity kBallCentre{.key = "ball_centre_mm"};
+// The same of a lathe of X and Z, whose Y nothing tells.
+inline constexpr Quantity kBallCentreZ{.key = "ball_centre_z_mm"};
 }  // namespace quantity
 
 // In the order of the answer: by angle of the head.

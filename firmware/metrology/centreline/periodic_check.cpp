@@ -23,10 +23,14 @@ namespace {
 
 constexpr MethodColumn kCentreColumns[]{column::kB, column::kCDegrees, column::kADegrees,
                                         column::kX, column::kY,        column::kZ};
+constexpr MethodColumn kCentreColumnsOfXZ[]{column::kB, column::kCDegrees, column::kADegrees, column::kX, column::kZ};
+constexpr MethodColumn kAllCentreColumns[]{
+    column::kB, column::kCDegrees, column::kADegrees, column::kX, column::kY.orBe(MayBe::missing), column::kZ};
 constexpr MethodColumn kXColumns[]{column::kB, column::kCDegrees, column::kADegrees, column::kX};
 constexpr MethodColumn kZColumns[]{column::kB, column::kCDegrees, column::kADegrees, column::kZ};
 
-std::optional<Refusal> badAngles(const Table& table) {
+// A lathe of X and Z has no head, and no spindle that turns the stylus: what of that cancels is not asked for.
+std::optional<Refusal> badAngles(const Table& table, bool without_y) {
   const auto wrong = [&](std::string_view column, std::size_t row, const char* allowed) {
     return Refusal{"bad-angle", "table '" + table.name + "', column '" + std::string{column} + "', row " +
                                     std::to_string(row + 1) + ": the check is defined at " + allowed +
@@ -40,6 +44,7 @@ std::optional<Refusal> badAngles(const Table& table) {
     }
     const double swivel = (*table.column(column::kB))[row];
     const auto same = [&](double angle) { return std::abs(swivel - angle) <= kSameAngle_deg; };
+    if (without_y && !same(0.0)) return wrong(column::kB, row, "0, on a machine without Y,");
     if (!same(0.0) && !same(45.0) && !same(90.0)) return wrong(column::kB, row, "0, 45 and 90");
   }
   return std::nullopt;
@@ -131,13 +136,19 @@ std::optional<Eigen::VectorXd> movedByC(const Means& means, std::span<const Row>
   return moved;
 }
 
-Outcome<Means, Refusal> fitMeans(const Dataset& dataset, const Sigmas& sigmas, bool x_is_radius) {
+// Not told by a machine without Y.
+bool isOfY(const CheckQuantity& quantity, bool without_y) {
+  return without_y && quantity.column == column::kY.name;
+}
+
+Outcome<Means, Refusal> fitMeans(const Dataset& dataset, const Sigmas& sigmas, bool x_is_radius, bool without_y) {
   Means means;
   std::vector<Row> rows;
   Eigen::Index parameters = 0;
   for (const CheckQuantity* each : kCheckQuantities) {
     const CheckQuantity& quantity = *each;
-    if (dataset.table(quantity.table) == nullptr) continue;
+    const bool stylus = quantity.stylus && !without_y;
+    if (dataset.table(quantity.table) == nullptr || isOfY(quantity, without_y)) continue;
     const Table& table = *dataset.table(quantity.table);
     const std::size_t before = rows.size();
     for (std::size_t row = 0; row < table.rows(); ++row) {
@@ -148,12 +159,12 @@ Outcome<Means, Refusal> fitMeans(const Dataset& dataset, const Sigmas& sigmas, b
       means.stops.push_back(poseOf(table, row));
       rows.push_back({(*table.column(quantity.column))[row], parameters,
                       quantity.ball ? side((*table.column(column::kCDegrees))[row]) : 0.0,
-                      quantity.stylus ? side((*table.column(column::kADegrees))[row]) : 0.0, &quantity});
+                      stylus ? side((*table.column(column::kADegrees))[row]) : 0.0, &quantity});
     }
     if (rows.size() == before) continue;
     means.quantities.push_back(&quantity);
     means.columns.push_back(parameters);
-    parameters += 1 + (quantity.ball ? 1 : 0) + (quantity.stylus ? 1 : 0);
+    parameters += 1 + (quantity.ball ? 1 : 0) + (stylus ? 1 : 0);
   }
   if (rows.empty())
     return Refusal{"missing-orientation",
@@ -179,7 +190,9 @@ Outcome<Means, Refusal> fitMeans(const Dataset& dataset, const Sigmas& sigmas, b
   if (sigma_c <= 0) return means;
   const auto moved = movedByC(means, rows, sigma_c, x_is_radius);
   if (!moved) {
-    means.warnings.emplace_back("sigma_C_rad is not used: no reading tells how far the ball is from the C axis in X");
+    means.warnings.emplace_back(
+        std::string{"sigma_C_rad is not used: no reading tells how far the ball is from the C axis in "} +
+        (without_y ? "Y" : "X"));
     return means;
   }
   shareErrors(design, values, *moved, means.stops);
@@ -249,15 +262,31 @@ std::optional<Refusal> addRunOuts(Answer& answer, const Means& means, const Ball
   return std::nullopt;
 }
 
+// The same of a lathe of X and Z.
+void addRunOutOfXZ(Answer& answer, const Means& means, const Ball& ball) {
+  const auto one = [&](Eigen::Index column) {
+    return Eigen::RowVectorXd{pick(column, 1, means.fit.parameters.size()).row(0)};
+  };
+  for (std::size_t k = 0; k < means.quantities.size(); ++k) {
+    const Eigen::Index mean = means.columns[k];
+    const double value = means.fit.parameters[mean];
+    if (means.quantities[k] == &kXAtLevel)
+      answer.alsoScalar(std::string{kCheckRunOuts[0]}, means.fit.parameters[mean + 1], one(mean + 1));
+    if (means.quantities[k] == &kZAtLevel) answer.alsoScalar(quantity::kBallCentreZ, value - ball.radius, one(mean));
+  }
+}
+
 bool hasSwivel(const Table& table, double swivel) {
   return std::ranges::any_of(*table.column(column::kB),
                              [&](double b) { return std::abs(b - swivel) <= kSameAngle_deg; });
 }
 
 // X is touched at B = 90 and Z at 0, where the centres were read as well: a check without that angle needs no table.
-std::optional<Refusal> badTables(const Dataset& dataset) {
-  TRY(const auto centres, checkedTable(dataset, "centres", kCentreColumns));
-  if (auto refusal = badAngles(*centres)) return refusal;
+std::optional<Refusal> badTables(const Dataset& dataset, bool without_y) {
+  const std::span<const MethodColumn> columns{without_y ? std::span<const MethodColumn>{kCentreColumnsOfXZ}
+                                                        : std::span<const MethodColumn>{kCentreColumns}};
+  TRY(const auto centres, checkedTable(dataset, "centres", columns));
+  if (auto refusal = badAngles(*centres, without_y)) return refusal;
   struct Touches {
     std::string_view name;
     std::span<const MethodColumn> columns;
@@ -266,7 +295,7 @@ std::optional<Refusal> badTables(const Dataset& dataset) {
   for (const auto& touches : {Touches{"x_touch", kXColumns, 90.0}, Touches{"z_touch", kZColumns, 0.0}}) {
     if (dataset.table(touches.name) == nullptr && !hasSwivel(*centres, touches.swivel)) continue;
     TRY(const auto table, checkedTable(dataset, touches.name, touches.columns));
-    if (auto refusal = badAngles(*table)) return refusal;
+    if (auto refusal = badAngles(*table, without_y)) return refusal;
   }
   return std::nullopt;
 }
@@ -364,9 +393,11 @@ std::optional<std::string> contradictionZ(const Dataset& dataset, const Sigmas& 
 Outcome<Result, Refusal> solvePeriodicCheck(const Dataset& dataset) {
   TRY(const auto ball, ballOf(dataset));
   TRY(const auto sigmas, sigmasOf(dataset));
-  if (auto refusal = badTables(dataset)) return *refusal;
+  TRY(const auto axes, configWord(dataset, key::kMachineAxes.name, key::kAxesOfMachines));
+  const bool without_y = axes == key::kAxesOfMachines[1];
+  if (auto refusal = badTables(dataset, without_y)) return *refusal;
   TRY(const auto stop90, configPositive(dataset, "sigma_stop_B90_mm"));
-  TRY(const auto means, fitMeans(dataset, sigmas, ball.x_is_radius));
+  TRY(const auto means, fitMeans(dataset, sigmas, ball.x_is_radius, without_y));
   if (auto refusal = contradictionX(dataset, means, sigmas, ball.x_is_radius)) return *refusal;
   if (auto refusal = contradictionY(means, sigmas)) return *refusal;
   const auto& parameters = means.fit.parameters;
@@ -391,15 +422,18 @@ Outcome<Result, Refusal> solvePeriodicCheck(const Dataset& dataset) {
     auto& sd = answer.result().also.back().sd;
     if (!sd.empty()) sd[0] = std::hypot(sd[0], stop90.value_or(0.0));
   }
+  if (without_y) addRunOutOfXZ(answer, means, ball);
   if (auto refusal = addRunOuts(answer, means, ball)) return *refusal;
   for (const CheckQuantity* quantity : kCheckQuantities) {
     if (std::ranges::find(means.quantities, quantity) != means.quantities.end()) continue;
     const std::string key{quantity->key};
+    const std::string why =
+        isOfY(*quantity, without_y) ? ": no axis of the machine moves along Y" : ": no reading at its swivel angle";
     // A machine whose head does not swivel has none of them; one that was accepted is missed.
     if (dataset.config.contains("accepted_" + key)) {
-      answer.warn(key + " was accepted once and is not measured now: no reading at its swivel angle");
+      answer.warn(key + " was accepted once and is not measured now" + why);
     } else {
-      answer.result().unobservable.push_back(key + ": no reading at its swivel angle");
+      answer.result().unobservable.push_back(key + why);
     }
   }
   answer.result().convention = ball.x_is_radius ? "X in radius" : "X in diameters";
@@ -409,7 +443,8 @@ Outcome<Result, Refusal> solvePeriodicCheck(const Dataset& dataset) {
 namespace {
 
 constexpr MethodTable kPeriodicCheckTables[]{
-    {"centres", kCentreColumns, "centre of the ball at B 0, 45 or 90, C and A 0 or 180", true},
+    {"centres", kAllCentreColumns,
+     "centre of the ball at B 0, 45 or 90, C and A 0 or 180; without y_mm of a lathe of X and Z", true},
     {"x_touch", kXColumns, "a touch along X at B = 90; needed if table centres is given", true},
     {"z_touch", kZColumns, "a touch along Z at B = 0; needed if table centres is given", true}};
 constexpr std::string_view kAccepted = "the value in the accepted calibration";
@@ -420,6 +455,7 @@ constexpr MethodKey kPeriodicCheckKeys[]{
     MethodKey{"effective_ball_radius_mm", kNeeded, "of ball plus stylus ball"}.within(0.05, 500),
     {"expected_ball_centre_z_mm", kNeeded, "Z of the ball's centre at B = 0"},
     {"x_is_radius", kNeeded, "false where X is programmed in diameters"},
+    key::kMachineAxes,
     key::kSigma,
     key::kSigmaC,
     key::kLengthResults[0],

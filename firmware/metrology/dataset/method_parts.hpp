@@ -29,6 +29,9 @@ inline constexpr MethodKey kMeanHeight{
 inline constexpr MethodKey kTauForTheRecord =
     MethodKey{"previous_tau_axis_s", "", "delays of the axes already subtracted from the positions; for the record"}
         .upTo(quantity::kMostDelay_s);
+inline constexpr MethodKey kMachineAxes{"machine_axes", "XYZ",
+                                        "XZ: touches of a lathe without Y, which tell x and z alone"};
+inline constexpr std::array<std::string_view, 2> kAxesOfMachines{"XYZ", "XZ"};
 inline constexpr MethodKey kStylusRadius =
     MethodKey{"stylus_ball_radius_mm", "",
               "radius of the stylus ball; if given, the size of the feature itself is answered too"}

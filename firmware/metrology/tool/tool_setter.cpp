@@ -83,8 +83,6 @@ constexpr MethodColumn kTouchColumns[]{
     kIsTool,    column::kNormalX, column::kNormalY, column::kNormalZ, kHalfWidth, column::given("radius_mm"),
     column::kX, column::kY,       column::kZ,       kBOfSeveral};
 constexpr MethodColumn kOffsetColumns[]{column::kB, column::kSetX, column::kSetY, column::kSetZ};
-constexpr std::string_view kMachineAxes = "machine_axes";
-constexpr std::array<std::string_view, 2> kAxesOfMachines{"XYZ", "XZ"};
 constexpr std::size_t kMostAngles = 20;  // more do not fit into one covariance
 
 // The readings, and at which B each was made.
@@ -110,8 +108,8 @@ std::size_t angleAt(const std::vector<double>& angles_deg, double angle_deg) {
 
 Outcome<Device, Refusal> readDevice(const Dataset& dataset) {
   Device device;
-  TRY(const auto axes, configWord(dataset, kMachineAxes, kAxesOfMachines));
-  device.without_y = axes == kAxesOfMachines[1];
+  TRY(const auto axes, configWord(dataset, key::kMachineAxes.name, key::kAxesOfMachines));
+  device.without_y = axes == key::kAxesOfMachines[1];
   device.by_face = dataset.table("touches") && !dataset.table("readings");
   const std::string_view name = device.by_face ? "touches" : "readings";
   std::span<const MethodColumn> columns{kCentreColumns};
@@ -537,7 +535,7 @@ constexpr MethodKey kSetterKeys[]{
               "radius of the probe's stylus ball, added to radius_mm of its touches, or taken off z_mm of its readings"}
         .within(key::kStylusRadius.least, key::kStylusRadius.most),
     {"sd_half_width_mm", "", "standard uncertainty of column half_width_mm (k = 1)"},
-    {kMachineAxes, "XYZ", "XZ: touches of a lathe without Y, which tell x and z alone"},
+    key::kMachineAxes,
     {"accepted_setter_mm", "",
      "accepted position of the device, x y z; for several B one row per B, or one row for the first B"},
     {"setter_limit_mm", "", "largest distance of the device from its accepted position that is allowed"},

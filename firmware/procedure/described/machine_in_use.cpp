@@ -60,11 +60,11 @@ messages::SetterInUse setterInUse(const ToolSetter& setter) {
           .swivels_rad = setter.swivels_rad};
 }
 
-messages::CheckInUse checkInUse(const CheckedBall& ball) {
+messages::CheckInUse checkInUse(const CheckedBall& ball, bool has_y) {
   const auto &x = ball.accepted_x, &y = ball.accepted_y;
   return {.ball_diameter_mm = ball.diameter_mm,
           .limit_mm = ball.limit_mm.value_or(0),
-          .accepted = x && y,
+          .accepted = x && (y || !has_y),
           .sd_accepted_mm = {x ? x->sd_mm : 0, y ? y->sd_mm : 0},
           .sd_centre_z_mm = ball.centre_z.sd_mm,
           .swivels_rad = ball.swivels_rad};
@@ -133,7 +133,7 @@ messages::DescribeMachine::Answer machineInUse(const Facts& facts) {
     answer.accuracy.push_back({facts.accuracy.value_or(MachineAccuracy{})});
     for (const auto& [error, value] : facts.measured_errors) answer.accuracy.back().*error->member = value;
   }
-  if (facts.checked_ball) answer.checked_ball.push_back(checkInUse(*facts.checked_ball));
+  if (facts.checked_ball) answer.checked_ball.push_back(checkInUse(*facts.checked_ball, facts.has_y));
   for (const auto& [subject, limit_um, limit_us, limit_urad] : facts.requirements)
     answer.requirements.push_back({subject, limit_um.value_or(0), limit_us.value_or(0), limit_urad.value_or(0)});
   return answer;

@@ -84,10 +84,8 @@ void takeBall(Table& table, CheckedBall& ball, const MeasuredPlaces& measured) {
                         const std::optional<AcceptedValue>& found) {
     if (table.add(std::string{"check "} + name, known(kTyped, value), known(by.c_str(), found))) value = found;
   };
-  if (measured.ball_x && measured.ball_y) {
-    take("X", ball.accepted_x, measured.ball_x);
-    take("Y", ball.accepted_y, measured.ball_y);
-  }
+  if (measured.ball_x) take("X", ball.accepted_x, measured.ball_x);
+  if (measured.ball_y) take("Y", ball.accepted_y, measured.ball_y);
   ball.accepted_y45 = measured.ball_y45;
   ball.accepted_y90 = measured.ball_y90;
   ball.accepted_x90 = measured.ball_x90;

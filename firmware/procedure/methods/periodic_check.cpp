@@ -55,8 +55,17 @@ double checkAngle_deg(double b_rad) {
   return std::abs(degrees(b_rad) - near_deg) < degrees(kPoseTolerance_rad) ? near_deg : degrees(b_rad);
 }
 
+// What is touched by a lathe of X and Z is a section of the ball, smaller than it by as much as the ball stands beside
+// the plane of the stylus: the height of its middle is that of the ball, the top is not. So the top is reckoned from
+// there.
+double topOf_mm(const Reading& reading, const Facts& facts) {
+  const double radius_mm =
+      facts.has_y ? reading.centre.radius_mm : (facts.checked_ball->diameter_mm + facts.stylus_ball_diameter_mm) / 2;
+  return reading.centre.centre_mm.z() + radius_mm;
+}
+
 struct CheckTables {
-  metrology::Table centres{metrology::emptyTable(metrology::kPeriodicCheck, "centres")};
+  metrology::Table centres{metrology::emptyTable(metrology::kPeriodicCheck, "centres", {metrology::column::kY.name})};
   metrology::Table x_touch{metrology::emptyTable(metrology::kPeriodicCheck, "x_touch")};
   metrology::Table z_touch{metrology::emptyTable(metrology::kPeriodicCheck, "z_touch")};
 };
@@ -65,6 +74,7 @@ struct CheckTables {
 // of its side at B = 90, where the stylus lies along X, from the accepted turning axis.
 CheckTables checkTables(const std::vector<Reading>& readings, const Facts& facts) {
   CheckTables tables;
+  if (!facts.has_y) tables.centres = metrology::emptyTable(metrology::kPeriodicCheck, "centres");
   std::vector<Reading> at_top, at_side;
   const double axis_mm = facts.checked_ball->accepted_x.value_or(AcceptedValue{}).mm;
   for (const auto& reading : readings) {
@@ -72,9 +82,13 @@ CheckTables checkTables(const std::vector<Reading>& readings, const Facts& facts
     const double b_deg = checkAngle_deg(reading.b_rad);
     const auto& at = reading.centre.centre_mm;
     const double x_mm = at.x() + swungX_mm(facts, reading.b_rad);
-    tables.centres.append({b_deg, c_deg, a_deg, x_mm, at.y(), at.z()});
+    if (facts.has_y) {
+      tables.centres.append({b_deg, c_deg, a_deg, x_mm, at.y(), at.z()});
+    } else {
+      tables.centres.append({b_deg, c_deg, a_deg, x_mm, at.z()});
+    }
     if (b_deg == 0 && c_deg == 0) {
-      tables.z_touch.append({b_deg, c_deg, a_deg, at.z() + reading.centre.radius_mm});
+      tables.z_touch.append({b_deg, c_deg, a_deg, topOf_mm(reading, facts)});
       at_top.push_back(reading);
     }
     if (b_deg != 90) continue;
@@ -99,13 +113,15 @@ double sigmaOfHeight90(const std::vector<Reading>& readings) {
   return count > 0 ? std::sqrt(squares / count) : 0;
 }
 
-void addAccepted(metrology::Dataset& dataset, const std::vector<Reading>& readings, const CheckedBall& ball) {
+void addAccepted(metrology::Dataset& dataset, const std::vector<Reading>& readings, const CheckedBall& ball,
+                 bool has_y) {
   const auto add = [&config = dataset.config](const std::string& key, const std::optional<AcceptedValue>& value) {
     if (!value) return;
     config["accepted_" + key] = value->mm;
     if (value->sd_mm > 0) config["sd_accepted_" + key] = value->sd_mm;
   };
   add("Xcen_B0_mm", ball.accepted_x);
+  if (!has_y) return;
   add("Ycen_B0_mm", ball.accepted_y);
   // X at B = 90 counts from accepted_x, whose error cancels against the X of a check that counted from it as well.
   add("x_offset_error_mm", ball.accepted_x90);
@@ -121,6 +137,21 @@ void addAccepted(metrology::Dataset& dataset, const std::vector<Reading>& readin
   if (ball.accepted_y90 || isRead(90)) add("Ycen_B90_mm", ball.accepted_y90 ? ball.accepted_y90 : ball.accepted_y);
 }
 
+// Of X alone; of the height of a middle in place of a touch. How far the ball is from C in Y, by which a stop of C
+// moves X, no reading tells: near the axis, as on a rod in the chuck, that is nothing.
+void addSigmasOfXZ(metrology::Dataset& dataset, const std::vector<Reading>& level) {
+  double x = 0, z = 0;
+  for (const auto& reading : level) {
+    x += reading.centre.sd_mm.x() * reading.centre.sd_mm.x();
+    z += reading.centre.sd_mm.z() * reading.centre.sd_mm.z();
+  }
+  const auto count = static_cast<double>(level.size());
+  dataset.config["sigma_mm"] = std::sqrt(x / count);
+  dataset.config["sigma_touch_mm"] = std::sqrt(z / count);
+  dataset.config.erase("sigma_C_rad");
+  dataset.config["machine_axes"] = std::string{"XZ"};
+}
+
 void addCheck(metrology::Dataset& dataset, const BallReadings& found, const FinishedRun& run) {
   const auto& [readings, shank] = found;
   const Facts& facts = run.facts;
@@ -133,13 +164,15 @@ void addCheck(metrology::Dataset& dataset, const BallReadings& found, const Fini
                        [](const Reading& reading) { return checkAngle_deg(reading.b_rad) == 0; });
   addSigmas(dataset, level, facts);
   config["sigma_touch_mm"] = std::numbers::sqrt2 * sigmaOf(level);
+  if (!facts.has_y) addSigmasOfXZ(dataset, level);
   if (const double sigma_mm = sigmaOfHeight90(readings); sigma_mm > 0) config["sigma_Zcen_B90_mm"] = sigma_mm;
   if (tables.x_touch.rows() > 0 && facts.swivel_head && facts.swivel_head->b.sigma_rad > 0)
     config["sigma_stop_B90_mm"] = armOfHead_mm(facts) * facts.swivel_head->b.sigma_rad;
   // Common to all touches, so their scatter does not show it.
   const double sd_radius_mm = std::hypot(delayError_mm(run.recording), facts.sd_stylus_ball_diameter_mm.value_or(0) / 2,
                                          ball.sd_diameter_mm / 2);
-  if (sd_radius_mm > 0) config["sd_effective_ball_radius_mm"] = sd_radius_mm;
+  // The middle of a section counts from both its sides and its top, which are displaced alike.
+  if (sd_radius_mm > 0 && facts.has_y) config["sd_effective_ball_radius_mm"] = sd_radius_mm;
   addStylusBall(dataset, facts);
   config["effective_ball_radius_mm"] = (ball.diameter_mm + facts.stylus_ball_diameter_mm) / 2;
   config["expected_ball_centre_z_mm"] = ball.centre_z.mm;
@@ -149,7 +182,12 @@ void addCheck(metrology::Dataset& dataset, const BallReadings& found, const Fini
   dataset.tables.insert(dataset.tables.begin(), {std::move(tables.centres), std::move(tables.z_touch)});
   if (tables.x_touch.rows() > 0) addLengthResults(dataset, facts, {facts.probe_tools.numbers[0]});
   if (tables.x_touch.rows() > 0) dataset.tables.insert(dataset.tables.begin() + 1, std::move(tables.x_touch));
-  addAccepted(dataset, readings, ball);
+  addAccepted(dataset, readings, ball, facts.has_y);
+}
+
+// C at 0, 180, 180 and 0 of a lathe, whose turret turns no stylus: what drifts evenly cancels.
+Pose forthAndBack(std::size_t index) {
+  return {{0, 0, index == 1 || index == 2 ? kHalfTurn_rad : 0.0}, 1};
 }
 
 // The four poses of A and C at every angle of the head.
@@ -158,7 +196,7 @@ constexpr Poses kTwoByTwoAtEveryB{
     .at =
         [](const ProcedureOptions& options, const LoopState&, std::size_t index) {
           const auto angles = anglesOfB(options);
-          Pose pose = twoByTwo(index % 4);
+          Pose pose = options.faces == kFacesAcrossY ? forthAndBack(index) : twoByTwo(index % 4);
           pose.angles_rad[1] = angles[index / 4];
           pose.b_moves = angles.size() > 1 ? BMoves::head : BMoves::nothing;
           return pose;
@@ -187,12 +225,10 @@ Outcome<ProcedureOptions> checkOptions(ProcedureOptions options, const Facts& fa
 constinit const LiveMethod kPeriodicCheck{
     .number = 14,
     .solver = &metrology::kPeriodicCheck,
-    .why_no_y =
-        "compares X and Y of the turning axis with the accepted ones, and no touch of a machine without "
-        "Y tells that Y: repeat centreline-x, whose result is compared with the one in force.",
     .steps =
         "one ball, A and C at 0 and 180 degrees independently, five touches each, at B = 0; the same with the head at "
-        "45 and 90 degrees where `swivels_deg` says so",
+        "45 and 90 degrees where `swivels_deg` says so; on a lathe of X and Z C at 0, 180, 180 and 0, three touches "
+        "each",
     .needs = kNeedsOfPeriodicCheck,
     .finds_a_place = true,
     .feature = Feature::part_ball,

@@ -68,18 +68,6 @@ std::optional<Error> whyTooShort(const ProcedureOptions& asked) {
   return outside("A clearance with a touch-trigger probe", asked.clearance_mm, kLeastWay_mm, 10, "mm");
 }
 
-// Why a machine without Y cannot make the run; nothing where it can.
-std::optional<NotReady> whyNoY(const LiveMethod& method, const ProcedureOptions& asked, const Facts& facts) {
-  if (facts.has_y) return std::nullopt;
-  const std::string name{method.name()};
-  if (!method.why_no_y.empty()) return NotReady{Obstacle::option, name + " " + std::string{method.why_no_y}};
-  constexpr std::uint8_t kAxisY = 2;
-  if (method.takes_axis && asked.axis == kAxisY)
-    return NotReady{Obstacle::option,
-                    name + " is about a screw, and this machine has none along Y: give --axis X or Z."};
-  return std::nullopt;
-}
-
 // Options that no plan can be made of are refused elsewhere.
 std::optional<NotReady> whyNoWay(const LiveMethod& method, const ProcedureOptions& options, const Facts& facts) {
   if (!method.of_plate || validate(method, options, std::numeric_limits<double>::infinity())) return std::nullopt;
@@ -90,6 +78,17 @@ std::optional<NotReady> whyNoWay(const LiveMethod& method, const ProcedureOption
 }
 
 }  // namespace
+
+std::optional<NotReady> whyNoY(const LiveMethod& method, const ProcedureOptions& asked, const Facts& facts) {
+  if (facts.has_y) return std::nullopt;
+  const std::string name{method.name()};
+  if (!method.why_no_y.empty()) return NotReady{Obstacle::option, name + " " + std::string{method.why_no_y}};
+  constexpr std::uint8_t kAxisY = 2;
+  if (method.takes_axis && asked.axis == kAxisY)
+    return NotReady{Obstacle::option,
+                    name + " is about a screw, and this machine has none along Y: give --axis X or Z."};
+  return std::nullopt;
+}
 
 ByTrigger byTrigger(const LiveMethod& method, ReadBy by) {
   if (!method.why_no_trigger.empty() || by == ReadBy::head || method.kind == Kind::hold) return ByTrigger::refused;

@@ -32,6 +32,8 @@ Outcome<ProcedureOptions, NotReady> readied(const LiveMethod& method, const Proc
 // system delay is in force; a sensor head needs none, and a touch-trigger probe needs its pre-travel instead.
 std::optional<NotReady> whyUnready(const LiveMethod& method, const Facts& facts, bool delay_in_force,
                                    ReadBy by = ReadBy::tip);
+// Explains why a machine without Y cannot make the run; nullopt when it can.
+std::optional<NotReady> whyNoY(const LiveMethod& method, const ProcedureOptions& asked, const Facts& facts);
 // Explains why the method cannot use a sensor head; nullopt when it can.
 std::optional<NotReady> whyNoHead(const LiveMethod& method, const Facts& facts);
 // Explains why a shank cannot replace a second tool; nullopt when it can.

@@ -94,6 +94,41 @@ TEST(LatheOfXAndZ, KeepsItsAxisWhereTheBallRunsOutByMillimetres) {
   EXPECT_NEAR(centre->value(), axisAt(config, result->find("mean_z_mm")->value()), 4 * centre->sd.at(0));
 }
 
+// The ball stands beside the plane of the stylus, where its section is up to some um lower than the ball.
+TEST(LatheOfXAndZ, ChecksItsAxisAndTheHeightOfItsBall) {
+  Pulls centre, height;
+  for (std::uint64_t seed = 1; seed <= kLatheSeeds; ++seed) {
+    auto config = latheSomewhere(seed);
+    const double lower_mm = 2e-4 * static_cast<double>(seed % 20);
+    config.part_spindle.point_mm[2] -= lower_mm;
+    Lathe scenario{config, seed};
+    const auto result = measured(scenario, procedure::kPeriodicCheck, ready(scenario, procedure::kPeriodicCheck));
+    ASSERT_TRUE(result);
+    const double height_mm = config.part_spindle.point_mm[2] + config.part_spindle.balls_mm[0][2];
+    add(centre, *result, "Xcen_B0_mm", {axisAt(config, height_mm)}, 1e-3);
+    add(height, *result, "z_offset_error_mm", {-lower_mm}, 1e-3);
+    EXPECT_EQ(result->find("Ycen_B0_mm"), nullptr) << "nothing tells Y";
+    EXPECT_EQ(result->find("stylus_offset_x_mm"), nullptr) << "no spindle turns the stylus";
+    EXPECT_NEAR(result->find("ball_centre_z_mm")->value(), height_mm, 2e-3);
+    if (seed == 1) expectTheSameFrom(scenario.dataset(), *result);
+    EXPECT_EQ(metrology::subjectOf(scenario.dataset()), "check");
+  }
+  centre.expectHonest(Pulls::kCautious);
+  height.expectHonest(Pulls::kCautious);
+}
+
+TEST(LatheOfXAndZ, FailsTheCheckWhereItsAxisHasMoved) {
+  for (const double moved_mm : {0.0, 0.03}) {
+    world::Config config = latheWorld();
+    config.part_spindle.point_mm[0] += moved_mm;
+    Lathe scenario{config, 9};
+    const auto result = measured(scenario, procedure::kPeriodicCheck, ready(scenario, procedure::kPeriodicCheck));
+    ASSERT_TRUE(result);
+    EXPECT_EQ(result->find("verdict")->value(), moved_mm > 0 ? 2 : 0);
+    EXPECT_NEAR(result->find("deviation_Xcen_B0_mm")->value(), moved_mm, 2e-3);
+  }
+}
+
 TEST(LatheOfXAndZ, NeedsTwoAnglesOnly) {
   const auto config = latheSomewhere(6);
   Lathe scenario{config, 6};

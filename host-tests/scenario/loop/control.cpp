@@ -31,7 +31,7 @@ StandingLink& standing() {
   return link;
 }
 
-void describeMachine(box::BoxConfig& box) {
+void describeHead(box::BoxConfig& box) {
   box.corrections.swivel.fitted = true;
   box.corrections.angles[1] = {
       .described = true, .from = corrections::AngleFrom::controller, .reference = {}, .stale = {}};
@@ -47,12 +47,17 @@ world::Config worldOfTheLoop() {
   return config;
 }
 
+world::Config worldFor(const procedure::Facts& facts) {
+  return facts.has_y ? worldOfTheLoop() : warmingLatheWorld();
+}
+
 Control::Control(std::uint64_t seed, char table, const procedure::Facts& facts)
     : table_{table},
-      office_{2U << 20U, stream::TriggerHistory::kKept, worldOfTheLoop(), seed},
+      world_{worldFor(facts)},
+      office_{2U << 20U, stream::TriggerHistory::kKept, world_, seed},
       boot_{office_, folder_.file("results.db"), facts} {
   office_.scenario().facts = facts;
-  office_.scenario().describeBy(describeMachine);
+  if (facts.swivel_head) office_.scenario().describeBy(describeHead);
   office_.restartBox(boot_.restored());
   office_.scenario().speakThrough(standing());
   office_.scenario().recorder().keeps_bytes = false;
@@ -124,7 +129,7 @@ bool Control::slides(const world::Vector3& to_mm) {
   using world::operator+, world::operator-;
   const auto& machine = office_.scenario().machine();
   if (!machine.touching()) return false;
-  static const auto sphere = worldOfTheLoop().sphere;
+  const auto& sphere = world_.sphere;
   const auto tip_mm = machine.bodyFor(to_mm) + machine.tipIn(machine.commandedPose(), machine.tool());
   return world::norm(tip_mm - sphere.centre_mm) < sphere.radius_mm + sphere.stylus_ball_radius_mm;
 }

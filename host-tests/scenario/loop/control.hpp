@@ -13,6 +13,8 @@ namespace probebox::scenario {
 
 // The emulated machine with two more mounts of its plate.
 world::Config worldOfTheLoop();
+// That, or the emulated lathe for a machine of X and Z.
+world::Config worldFor(const procedure::Facts& facts);
 
 // The program stopped with this text.
 struct Alarm : std::runtime_error {
@@ -89,6 +91,7 @@ class Control {
   void watchTip(const std::array<double, 3>& from_deg, const std::array<double, 3>& to_deg);
 
   char table_;
+  const world::Config world_;
   const support::TemporaryFolder folder_;
   Office office_;
   Boot boot_;

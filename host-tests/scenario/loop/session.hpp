@@ -63,6 +63,14 @@ class Session {
   char table_;
 };
 
+// What an integrator edits in the places for the emulated lathe, mm.
+inline const std::map<std::string, double> kPlacesOfLathe{
+    {"_pb_safe_z", 280}, {"_pb_park_x", 150},  {"_pb_park_y", 0},    {"_pb_park_z", 320}, {"_pb_sphere_x", 120},
+    {"_pb_sphere_y", 0}, {"_pb_sphere_z", 80}, {"_pb_axis_x", 0},    {"_pb_axis_y", 0},   {"_pb_setter_x", 160},
+    {"_pb_setter_y", 0}, {"_pb_setter_z", 0},  {"_pb_plates_x", 70}, {"_pb_plates_y", 0}, {"_pb_plates_z", 30}};
+inline const std::map<int, double> kTablesOfLathe{{1201, 60},  {1204, 45},   {1304, 0.001}, {1011, 0.41}, {1012, -0.23},
+                                                  {1013, 120}, {1014, 0.15}, {1015, 0.2},   {1016, 200}};
+
 // Where an integrator finds the balls of the emulated part, in all mounts, and its axes: a sensor head has to come near
 // them. Numbers of tables, and names.
 inline std::map<int, double> placesOfBalls() {
@@ -89,7 +97,10 @@ inline std::map<std::string, double> placesOfAxes() {
 class OfTheKit final : public Session {
  public:
   explicit OfTheKit(double dry, char table = 0, const procedure::Facts& facts = usualFacts())
-      : Session{dry, table, facts} {}
+      : Session{dry, table, facts}, is_lathe_{!facts.has_y} {
+    if (!is_lathe_) return;
+    for (const auto& [number, mm] : kTablesOfLathe) kit.setTable(number, mm);
+  }
   double run(const Asked& run) override {
     kit.call("begin", {});
     kit.variables["_pb_dry"] = dry_;
@@ -98,25 +109,41 @@ class OfTheKit final : public Session {
       for (const auto& [number, mm] : placesOfBalls()) kit.setTable(number, mm);
       for (const auto& [name, mm] : placesOfAxes()) kit.variables[name] = mm;
     }
-    kit.call("ask", {1, 7});
+    if (is_lathe_) {
+      for (const auto& [name, mm] : kPlacesOfLathe) kit.variables[name] = mm;
+      kit.variables["_pb_has_y"] = kit.variables["_pb_orient"] = 0;
+      kit.variables["_pb_rotary"] = 4;
+    }
+    kit.call("ask", {1, is_lathe_ ? 5.0 : 7.0});
     kit.call("stand", {1, 0, 0, 0});
     const double came = kit.call("run", run.asked());
     kit.call("stand", {control.tool() * 1.0, control.position('A'), control.position('B'), control.position('C')});
     return came;
   }
   Kit kit{control};
+
+ private:
+  bool is_lathe_;
 };
 
 class OfAText final : public Session {
  public:
-  OfAText(const std::string& dialect, double dry, char table = 0, const procedure::Facts& facts = usualFacts())
+  // axes: of a lathe that has a Y; one without has XZC.
+  OfAText(const std::string& dialect, double dry, char table = 0, const procedure::Facts& facts = usualFacts(),
+          const std::string& axes = {})
       : Session{dry, table, facts} {
-    const auto text = gcode::loop::loopProgram(dialect, "XYZABC");
+    const bool is_lathe = !facts.has_y || !axes.empty();
+    const std::string letters = !axes.empty() ? axes : is_lathe ? "XZC" : "XYZABC";
+    const auto text = gcode::loop::loopProgram(dialect + (is_lathe ? "-lathe" : ""), letters);
     EXPECT_TRUE(text) << (text ? "" : text.error().what);
     if (dialect == "fanuc") {
-      program = std::make_unique<FanucProgram>(control, *text);
+      program = std::make_unique<FanucProgram>(control, *text, letters, is_lathe);
     } else {
-      program = std::make_unique<SiemensProgram>(control, *text);
+      program = std::make_unique<SiemensProgram>(control, *text, facts.has_y, is_lathe);
+    }
+    if (!facts.has_y) {
+      for (const auto& [name, mm] : kPlacesOfLathe) program->set(name, mm);
+      for (const auto& [number, mm] : kTablesOfLathe) program->setTable(number, mm);
     }
     program->set("_pb_dry", dry_);
     program->set("_pb_table_word", tableWord());

@@ -15,7 +15,9 @@ std::string siemensName(const std::string& of) {
 
 }  // namespace
 
-SiemensProgram::SiemensProgram(Control& control, std::string_view text) : TextProgram{control} {
+SiemensProgram::SiemensProgram(Control& control, std::string_view text, bool has_y, bool is_lathe)
+    : TextProgram{control}, has_y_{has_y}, is_lathe_{is_lathe} {
+  if (is_lathe_) modes['R'] = 1;
   known_ = [this](const std::string& name, double index) { return read(name, index); };
   std::istringstream all{std::string{text}};
   std::string name;
@@ -144,8 +146,16 @@ void SiemensProgram::block(const std::string& text) {
   if (text == "M0") return control_.stop();
   if (text == "M9") return control_.endCoolant();
   if (text == "SPOS=0") return control_.orient();
-  if (text.starts_with("T=")) return control_.takeTool(static_cast<unsigned>(value('T')));
-  if (text == "M6") {
+  if (text == "DIAMOF" && is_lathe_) {
+    modes['R'] = 0;
+    return;
+  }
+  if (text.starts_with("T=")) {
+    control_.takeTool(static_cast<unsigned>(value('T')));
+    if (is_lathe_) modes['D'] = 1;  // its cutting edge, by the machine data
+    return;
+  }
+  if (text == "M6" && !is_lathe_) {
     // As many a builder's M6 does: it is a program that leaves its own modes.
     modes = {{'P', 18}, {'U', 70}, {'A', 91}, {'F', 95}, {'S', 64}, {'D', 1}};
     return;
@@ -162,13 +172,17 @@ void SiemensProgram::block(const std::string& text) {
     if (modes['D'] != 0) throw Alarm{"a move with a tool length"};
     if (!moves) return turnBy(words);
     if (round && modes['P'] != 17) throw Alarm{"an arc in another plane than G17"};
+    const double in_diameters = is_lathe_ && modes['R'] == 1 ? 2 : 1;
     if (round)
-      return control_.arc({value('X'), value('Y')}, {value('I'), value('J')}, value('F'), text.starts_with("G2"));
+      return control_.arc({value('X') / in_diameters, value('Y')}, {value('I'), value('J')}, value('F'),
+                          text.starts_with("G2"));
     if (guarded && words.contains('C')) return control_.turnUntilTouched(value('C'), value('F'));
     if (!words.contains('X')) return turnBy(words, value('F'));
+    if (words.contains('Y') != has_y_) throw Alarm{"a word of an axis that is not there, or none of one: " + text};
+    const double x = value('X') / in_diameters, y = has_y_ ? value('Y') : control_.position('Y');
     touched_ = 0;
     try {
-      control_.move({value('X'), value('Y'), value('Z')}, value('F'), guarded);
+      control_.move({x, y, value('Z')}, value('F'), guarded);
     } catch (const Touched&) {
       touched_ = 1;
     }

@@ -46,9 +46,10 @@ class TextProgram {
   Formula::Known known_;
 };
 
+// letters: the axes as the control numbers them. A lathe has G-code system A, X in diameters.
 class FanucProgram final : public TextProgram {
  public:
-  FanucProgram(Control& control, std::string_view text);
+  FanucProgram(Control& control, std::string_view text, std::string letters, bool is_lathe);
   void call(const std::vector<double>& arguments) override;
   void set(const std::string& name, double value) override { preset_[name] = value; }
   double get(const std::string& name) const override;
@@ -64,6 +65,7 @@ class FanucProgram final : public TextProgram {
   std::array<double, 6> local{};                  // G52
   double length{80};                              // mm, of the offset that is active where #4008 is 43
   std::optional<double> commanded_tool;           // #4120, where it is not the one in the spindle
+  double tool_offset{};                           // of a lathe: the last two digits of T
   static constexpr int kToolOfTheBuilder = 1032;  // variable that has the tool in the spindle
 
  private:
@@ -71,12 +73,18 @@ class FanucProgram final : public TextProgram {
   std::string line(const std::string& text) override;
   void block(const std::string& text);
   void takeTool(unsigned number);
+  void turnTurret(unsigned word);
   double shiftOf(std::size_t axis) const override;
+  // Of a position in mm or degrees: X of a lathe is in diameters.
+  double inWords(char axis, double at) const { return is_lathe_ && axis == 'X' ? 2 * at : at; }
+  double outOfWords(char axis, double word) const { return is_lathe_ && axis == 'X' ? word / 2 : word; }
+  std::array<double, 3> placeIn(const std::map<char, std::string>& words);
   double read(int number);
   void write(int number, double value);
 
+  std::string letters_;
+  bool is_lathe_;
   std::string first_;  // program that is called
-
   std::map<int, double> variables_;
   std::map<std::string, double> preset_;
   std::map<std::string, int> numbers_;  // of names, as the program lists them
@@ -84,12 +92,13 @@ class FanucProgram final : public TextProgram {
 
 class SiemensProgram final : public TextProgram {
  public:
-  SiemensProgram(Control& control, std::string_view text);
+  SiemensProgram(Control& control, std::string_view text, bool has_y, bool is_lathe);
   void call(const std::vector<double>& arguments) override;
   void set(const std::string& name, double value) override { preset_[name] = value; }
   double get(const std::string& name) const override;
 
-  // The state in which the caller has the control: plane, units, absolute, feed, exact stop, D.
+  // The state in which the caller has the control: plane, units, absolute, feed, exact stop, D; of a lathe whether X is
+  // in diameters.
   std::map<char, double> modes{{'P', 18}, {'U', 70}, {'A', 91}, {'F', 95}, {'S', 64}, {'D', 1}};
   double transformation{};  // $AC_TRAFO
 
@@ -108,7 +117,7 @@ class SiemensProgram final : public TextProgram {
   std::vector<double> locals_;          // PBL_N
   std::map<std::string, int> numbers_;  // in it, of names, as the program lists them
   double touched_{};
-  bool saves_{};
+  bool saves_{}, has_y_, is_lathe_;
 };
 
 }  // namespace probebox::scenario

@@ -95,6 +95,31 @@ TEST(GcodeCommand, RefusesAScanThatOutlastsTheMaskOfLinuxCnc) {
   EXPECT_EQ(scan("fanuc", "5").status, 0);
 }
 
+TEST(GcodeCommand, WritesForALatheWhatNeedsNoY) {
+  EXPECT_THAT(
+      delay("fanuc-lathe", {"--probe-tools", "7", "--at", "60,0,10"}).out,
+      AllOf(HasSubstr("\nT0707\n"), HasSubstr("\nG1 X120.000 F"), Not(HasSubstr(" Y0")), Not(HasSubstr("M19"))));
+  EXPECT_THAT(delay("siemens-lathe", {"--probe-tools", "7", "--at", "60,0,10"}).out,
+              AllOf(HasSubstr("\nDIAMOF\n"), HasSubstr("\nG1 X60.000 F"), Not(HasSubstr("SPOS"))));
+  const auto refused = gcode("delay-known-sphere", "fanuc-lathe", {"--sphere", "25", "--stylus", "6"});
+  EXPECT_NE(refused.status, 0);
+  EXPECT_THAT(refused.err, HasSubstr("without Y"));
+  EXPECT_THAT(delay("fanuc-lathe", {"--at", "60,1,10"}).err, HasSubstr("--at"));
+  EXPECT_THAT(delay("fanuc-lathe", {"--machine-z", "5"}).err, HasSubstr("--machine-z"));
+  EXPECT_EQ(delay("siemens-lathe", {"--machine-z", "5"}).status, 0);
+  EXPECT_THAT(delay("fanuc-lathe", {"--probe-tools", "101"}).err, HasSubstr("up to 99"));
+}
+
+TEST(GcodeCommand, WritesTheLoopForTheAxesOfTheControl) {
+  const auto loop = [](const std::string& dialect, const std::string& axes) {
+    return probebox({"gcode", "--loop", "--dialect", dialect, "-o", "-", "--axes", axes});
+  };
+  for (const char* axes : {"XZC", "XYZZ", "xyz", "XYZU", "ZYX"}) EXPECT_EQ(loop("fanuc", axes).status, 2) << axes;
+  EXPECT_EQ(loop("fanuc", "XYZBC").status, 0);
+  EXPECT_EQ(loop("fanuc-lathe", "XZC").status, 0);
+  for (const char* axes : {"XYC", "XZZ", "XZU"}) EXPECT_EQ(loop("siemens-lathe", axes).status, 2) << axes;
+}
+
 TEST(GcodeCommand, CallsTheToolThatCarriesTheProbe) {
   EXPECT_THAT(delay("fanuc", {"--probe-tools", "7", "--number", "1234", "--machine-z", "-5"}).out,
               AllOf(HasSubstr("\nO1234 "), HasSubstr("\nG0 G90 G49 G53 Z-5.000\nT7 M6\n"), HasSubstr("\nG1 G43 H7 Z"),

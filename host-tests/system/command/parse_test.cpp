@@ -161,8 +161,6 @@ TEST(CommandLine, WritesALoopProgramForAllMethodsAlone) {
   EXPECT_EQ(complaint(loop + "--axes XYZBC --number 8000 --force"), "accepted");
   EXPECT_THAT(complaint(loop + "delay-multi-speed"), HasSubstr("omit"));
   EXPECT_THAT(complaint(loop + "--speed 10"), AllOf(HasSubstr("--speed"), HasSubstr("--loop")));
-  for (const char* axes : {"XZC", "XYZZ", "XYZU"})
-    EXPECT_THAT(complaint(loop + "--axes " + axes), HasSubstr("are XYZ")) << axes;
   EXPECT_THAT(complaint("gcode --dialect fanuc -o a.nc"), HasSubstr("is missing"));
   EXPECT_THAT(complaint("gcode delay-multi-speed --dialect fanuc -o a.nc --axes XYZ"), HasSubstr("--loop"));
 }

@@ -28,6 +28,7 @@ struct Codes {
 
 class Control {
  public:
+  explicit Control(Machine machine) : machine_{machine}, absolute_{hasSystemA()} {}
   void take(const std::string& raw) {
     line_ = raw;
     if (subroutine(raw) || printed(raw) || raw.empty() || raw == "%" || raw == ";" || raw[0] == ';' || raw[0] == '%')
@@ -41,6 +42,9 @@ class Control {
   }
 
  private:
+  bool isLathe() const { return machine_ != Machine::mill; }
+  bool hasSystemA() const { return machine_ == Machine::system_a; }
+  double radius(double word) const { return hasSystemA() || (isLathe() && !radius_) ? word / 2 : word; }
   Part& part() { return all_.parts.back(); }
   void danger(const std::string& what) { all_.dangers.push_back(what + ": " + line_); }
 
@@ -117,16 +121,20 @@ class Control {
   // Alarms that end the program where something is not as it should be.
   bool checked(const std::string& raw) {
     static const std::regex kOffset{R"(IF\[#4008NE43\]THEN#3000=1\(.*\)|IF \(\$P_TOOL==0\) OR .*)"};
-    if (std::regex_match(raw, kOffset)) {
+    static const std::regex kOffsetOfT{R"(IF\[\[#4120-100\*FIX\[#4120/100\]\]EQ0\]THEN#3000=1\(.*\))"};
+    if (std::regex_match(raw, hasSystemA() ? kOffsetOfT : kOffset)) {
       offset_ = true;
       return true;
     }
     static const std::regex kDifference{
         R"(#7=ABS\[#5061-\[(.*?)\]\]\+ABS\[#5062-\[(.*?)\]\]\+ABS\[#5063-\[(.*?)\]-#8\])"};
+    static const std::regex kDifferenceOfTwo{R"(#7=ABS\[#5061-\[(.*?)\]\]\+ABS\[#5062-\[(.*?)\]-#8\])"};
     std::smatch from;
-    if (std::regex_match(raw, from, kDifference)) {
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        if (std::abs(now_.at_mm[axis] - std::stod(from[axis + 1])) > 1e-9) danger("compared with another place");
+    if (std::regex_match(raw, from, hasSystemA() ? kDifferenceOfTwo : kDifference)) {
+      for (std::size_t axis = 0; axis + 1 < from.size(); ++axis) {
+        const std::size_t named = hasSystemA() && axis == 1 ? 2 : axis;
+        const double mm = named == 0 ? radius(std::stod(from[1])) : std::stod(from[axis + 1]);
+        if (std::abs(now_.at_mm[named] - mm) > 1e-9) danger("compared with another place");
       }
       compared_ = true;
       return true;
@@ -138,8 +146,8 @@ class Control {
     if (raw == "IF $AC_MEA[1]==1 GOTOF PB_TOUCHED") unchecked_.clear();
     if (raw == "IF $AC_MEA[1]==0 GOTOF PB_NOTHING") sought();
     if (raw == "IF[#7LT0.02]THEN#3000=4(NOTHING TOUCHED)" && compared_ && frame_known_) sought();
-    static const std::regex kFrame{R"(#8=#5043-\[(.*)\])"};
-    if (std::regex_match(raw, from, kFrame)) {
+    static const std::regex kFrame{R"(#8=#5043-\[(.*)\])"}, kFrameOfTwo{R"(#8=#5042-\[(.*)\])"};
+    if (std::regex_match(raw, from, hasSystemA() ? kFrameOfTwo : kFrame)) {
       frame_known_ = std::abs(std::stod(from[1]) - now_.at_mm[2]) < 1e-9;
       return true;
     }
@@ -158,6 +166,7 @@ class Control {
       variables_[variable] = std::stod(parts[2]);
       return true;
     }
+    if (raw == "DIAMOF" && machine_ == Machine::siemens_lathe) return radius_ = true;
     if (raw == "TRAORI" || raw == "TRAFOOF") tip_control_ = raw == "TRAORI";
     static const std::regex kOrientation{R"((?:SPOS=|M19 R)(\d+\.\d+)(?: Q20)?)"};
     if (std::regex_match(raw, parts, kOrientation)) {
@@ -190,8 +199,34 @@ class Control {
     if (std::regex_replace(text, kWord, "").find_first_not_of(' ') != std::string::npos) all_.unknown.push_back(raw);
     modes(codes);
     tools(codes);
+    if (isLathe()) lathe(codes);
+    if (hasSystemA() && codes.has(28)) return reference(codes);
     if (codes.has(53) || supa != std::string::npos) return retract(codes);
     motion(codes, measures);
+  }
+
+  // What no lathe of this kind takes, and increments by U and W in place of G91.
+  void lathe(const Codes& codes) {
+    for (const double code : {43.0, 43.4, 49.0}) {
+      if (codes.has(code)) danger("a length offset of a mill");
+    }
+    for (const double code : {90.0, 91.0, 92.0, 94.0, 95.0}) {
+      if (hasSystemA() && codes.has(code)) danger("a cycle");
+    }
+    if (codes.moves("YAB") || codes.hasM(6) || codes.hasM(19)) danger("no word of a lathe of X and Z");
+    const bool increments = codes.moves("UW") && !codes.has(28);
+    if (increments && (codes.moves("XZ") || !hasSystemA() || !at_contact_)) danger("an increment from elsewhere");
+  }
+
+  // Z first, away from everything.
+  void reference(const Codes& codes) {
+    const bool z = codes.words.contains('W'), x = codes.words.contains('U');
+    if (codes.moves("XZ") || z == x || codes.words.begin()->second != 0)
+      danger("no way straight to the reference point");
+    if (x && !retracted_) danger("X goes to the reference point before Z");
+    if (z) part().retracts.push_back(part().moves.size());
+    if (z) retracted_ = true;
+    height_known_ = false;
   }
 
   void modes(const Codes& codes) {
@@ -199,11 +234,12 @@ class Control {
     if (codes.has(20) || codes.has(70) || codes.has(700) || codes.has(71)) millimetres_ = false;
     if (codes.has(90)) absolute_ = true;
     if (codes.has(91)) absolute_ = false;
-    if (codes.has(17)) plane_ = true;
-    if (codes.has(18) || codes.has(19)) plane_ = false;
+    for (const double plane : {17.0, 18.0, 19.0}) {
+      if (codes.has(plane)) plane_ = plane == (isLathe() ? 18 : 17);
+    }
     if (codes.has(54)) work_offset_ = true;
-    if (codes.has(94)) feed_per_minute_ = true;
-    if (codes.has(93) || codes.has(95)) feed_per_minute_ = false;
+    if (codes.has(hasSystemA() ? 98 : 94)) feed_per_minute_ = true;
+    if (codes.has(93) || codes.has(95) || (hasSystemA() && codes.has(99))) feed_per_minute_ = false;
     if (codes.has(4)) part().dwells.push_back(part().moves.size());
     if (codes.hasM(9)) coolant_off_ = true;
     if (codes.hasM(5)) spindle_stands_ = true;
@@ -216,11 +252,14 @@ class Control {
 
   void tools(const Codes& codes) {
     if (codes.words.contains('T')) tool_ = codes.words.at('T');
-    if (codes.hasM(6)) {
+    if (codes.hasM(6) || (isLathe() && codes.words.contains('T'))) {
       if (!retracted_) danger("a tool is taken before Z is retracted");
       part().tools.push_back(part().moves.size());
       // A builder's macro may leave any of these as it needed them: G91 G30 Z0 is a usual one.
-      offset_ = millimetres_ = absolute_ = plane_ = work_offset_ = feed_per_minute_ = false;
+      offset_ = millimetres_ = absolute_ = plane_ = work_offset_ = feed_per_minute_ = radius_ = false;
+      // Station and offset in one word.
+      offset_ = hasSystemA() && tool_ > 100 && tool_ == 101 * std::floor(tool_ / 101);
+      absolute_ = hasSystemA();
     }
     if (codes.words.contains('D')) offset_ = codes.words.at('D') != 0;
     if (codes.has(49)) {
@@ -247,7 +286,7 @@ class Control {
 
   void motion(const Codes& codes, bool measures) {
     if (codes.has(52)) return;  // shifts, and moves nothing
-    const bool linear = codes.moves("XYZ"), rotary = codes.moves("ABC");
+    const bool linear = codes.moves("XYZUW"), rotary = codes.moves("ABC");
     if (!linear && !rotary) return;
     if (!millimetres_ || !(absolute_ || (at_contact_ && linear))) danger("units or absolute positions are not set");
     if (!plane_ || !work_offset_ || !feed_per_minute_) danger("plane, work offset or feed per minute are not set");
@@ -256,8 +295,9 @@ class Control {
     if (!unchecked_.empty()) danger("no alarm follows " + unchecked_);
     if (motion_ == 0 && linear) danger("a rapid of a linear axis");
     if (motion_ == 0 && tip_control_) danger("a rapid carries linear axes under tip control");
-    if (codes.moves("Z") && !offset_) danger("Z moves without a length offset");
-    if (linear && !codes.moves("Z") && !retracted_ && !height_known_) danger("X and Y move at an unknown height");
+    if (machine_ == Machine::siemens_lathe && !radius_) danger("X moves in diameters");
+    if (codes.moves("ZW") && !offset_) danger("Z moves without a length offset");
+    if (linear && !codes.moves("ZW") && !retracted_ && !height_known_) danger("X and Y move at an unknown height");
     if (linear) go(codes, measures);
     if (!rotary) return;
     for (const auto& [letter, value] : codes.words) {
@@ -283,44 +323,52 @@ class Control {
 
   void go(const Codes& codes, bool measures) {
     const std::array before_mm{now_.at_mm[0], now_.at_mm[1]};
+    bool increments = !absolute_;
     for (const auto& [letter, value] : codes.words) {
-      if (letter >= 'X' && letter <= 'Z') {
-        double& at_mm = now_.at_mm[static_cast<std::size_t>(letter - 'X')];
-        at_mm = absolute_ ? value : at_mm + value;
+      const bool by = letter == 'U' || letter == 'W';
+      const char axis = letter == 'U' ? 'X' : letter == 'W' ? 'Z' : letter;
+      if (axis >= 'X' && axis <= 'Z') {
+        double& at_mm = now_.at_mm[static_cast<std::size_t>(axis - 'X')];
+        const double mm = axis == 'X' ? radius(value) : value;
+        at_mm = absolute_ && !by ? mm : at_mm + mm;
+        increments = increments || by;
       }
       if (letter == 'F') now_.feed_mm_min = value;
     }
     if (std::exchange(leaves_contact_, false)) return;
     now_.placed = now_.placed || codes.moves("X");
-    now_.at_machine_height = retracted_ && !codes.moves("Z");
-    if (codes.moves("Z")) {
+    now_.at_machine_height = retracted_ && !codes.moves("ZW");
+    if (codes.moves("ZW")) {
       retracted_ = false;
       height_known_ = true;
     }
     now_.guarded = measures || codes.has(31) || codes.has(38.3);
     if (now_.guarded && !codes.hasM(78)) unchecked_ = line_;
-    if (absolute_) at_contact_ = false;
+    if (!increments) at_contact_ = false;
     now_.arc = motion_ >= 2 ? static_cast<int>(motion_) : 0;
     if (now_.arc != 0) now_.centre_mm = {before_mm[0] + codes.words.at('I'), before_mm[1] + codes.words.at('J')};
     part().moves.push_back(now_);
     if (codes.hasM(79) || codes.has(38.2)) sought();
   }
 
+  Machine machine_;
+  bool absolute_;
+  bool radius_{};  // DIAMOF
   Interpreted all_;
   std::map<int, double> variables_;
   std::map<std::string, std::string> subroutines_;
   std::string in_, line_, message_, unchecked_;
   Reached now_;
   double motion_{1}, tool_{};
-  bool linuxcnc_{}, millimetres_{}, absolute_{}, plane_{}, work_offset_{}, feed_per_minute_{}, spindle_stands_{},
-      offset_{}, coolant_off_{}, at_contact_{}, leaves_contact_{}, tip_control_{}, retracted_{}, height_known_{},
-      compared_{}, frame_known_{};
+  bool linuxcnc_{}, millimetres_{}, plane_{}, work_offset_{}, feed_per_minute_{}, spindle_stands_{}, offset_{},
+      coolant_off_{}, at_contact_{}, leaves_contact_{}, tip_control_{}, retracted_{}, height_known_{}, compared_{},
+      frame_known_{};
 };
 
 }  // namespace
 
-Interpreted interpret(const std::string& program) {
-  Control control;
+Interpreted interpret(const std::string& program, Machine machine) {
+  Control control{machine};
   std::istringstream lines{program};
   for (std::string line; std::getline(lines, line);) control.take(line);
   return control.done();

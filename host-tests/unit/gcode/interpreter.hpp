@@ -56,6 +56,8 @@ struct Interpreted {
   bool ended{};
 };
 
-Interpreted interpret(const std::string& program);
+// Lathes of X and Z, with a turret: system A of a Fanuc, X in diameters, or a Siemens, X in radius after DIAMOF.
+enum class Machine { mill, system_a, siemens_lathe };
+Interpreted interpret(const std::string& program, Machine machine = Machine::mill);
 
 }  // namespace probebox

@@ -157,6 +157,34 @@ TEST(LoopText, StopsWhereAStepTurnsAnAxisThatIsNotThere) {
   EXPECT_THAT(*loopProgram("fanuc", "XYZCB"), HasSubstr("#5024")) << "C is the fourth axis";
 }
 
+TEST(LoopText, HasNoWordOfAMillForALathe) {
+  const auto fanuc = *loopProgram("fanuc-lathe", "");
+  for (const char* code : {R"(G9[0-5]\b)", R"(G4[39]\b)", R"(G17\b)", R"(\bM6\b)", R"(\bM19\b)", R"([^\w(]Y#)"}) {
+    std::istringstream lines{fanuc};
+    for (std::string line; std::getline(lines, line);) {
+      if (line.starts_with("(")) continue;
+      EXPECT_FALSE(std::regex_search(line, std::regex{code})) << line;
+    }
+  }
+  EXPECT_THAT(fanuc, testing::AllOf(HasSubstr("\nG18 G21 G40 G80\nG98 G61\n"), HasSubstr("\nG59\n"), HasSubstr("#5321"),
+                                    HasSubstr("\n#112=#5042\n")))
+      << "Z is the second axis";
+  EXPECT_THAT(saidIn(fanuc), testing::AllOf(HasSubstr("NOT RUN"), HasSubstr("DIAMETERS"), HasSubstr("T0100")));
+  const auto siemens = *loopProgram("siemens-lathe", "");
+  EXPECT_THAT(siemens, testing::AllOf(HasSubstr("\nDIAMOF\n"), testing::Not(HasSubstr("\nM6\n")),
+                                      testing::Not(HasSubstr(" Y=PBV")), testing::Not(HasSubstr("SPOS"))));
+  EXPECT_THAT(saidIn(siemens), testing::AllOf(HasSubstr("NOT RUN"), HasSubstr("X IN RADIUS")));
+}
+
+TEST(LoopText, KnowsALatheThatHasAYByItsAxes) {
+  const auto text = *loopProgram("fanuc-lathe", "XZYC");
+  EXPECT_THAT(text, testing::AllOf(HasSubstr("G31 X#110 Y#111 Z#112 F#113"), HasSubstr("[#5043-#111]"),
+                                   HasSubstr("[#5042-#112]"), HasSubstr("G17 G21")));
+  EXPECT_FALSE(loopProgram("fanuc-lathe", "XYC")) << "no Z";
+  EXPECT_FALSE(loopProgram("fanuc", "XZC")) << "a mill has a Y";
+  EXPECT_FALSE(loopProgram("siemens-lathe", "XZCC"));
+}
+
 TEST(Areas, AreWhatTheBoxTakesInOneRequest) {
   for (const auto& area : areasRead()) EXPECT_LE(area.count, 125);
   std::set<unsigned> taken;

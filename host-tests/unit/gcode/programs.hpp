@@ -6,6 +6,7 @@
 
 #include "firmware/procedure/methods/methods.hpp"
 #include "firmware/procedure/plan/plan.hpp"
+#include "interpreter.hpp"
 #include "tools/gcode/program.hpp"
 #include "tools/gcode/unroll.hpp"
 
@@ -15,9 +16,14 @@ namespace probebox::gcode {
 inline constexpr double kRounding_mm = 0.0011;  // of a place, and of the way to the next one from there
 inline constexpr double kSafe_mm = 90;
 
-inline Setting setting() {
+// on_lathe: of X and Z.
+inline Setting setting(bool on_lathe = false) {
   Setting setting;
   setting.at_mm = {1, -2, 3};
+  if (on_lathe) {
+    setting.has_y = setting.orients = false;
+    setting.at_mm.y() = 0;
+  }
   setting.balls_mm = {{60, 0, 20}, {-50, 20, 35}, {-10, -60, 30}, {20, 55, 25}};
   setting.c_axis_mm = {0.5, 0.25, 0};
   setting.table_axis_mm = Eigen::Vector3d{0, 0, -50};
@@ -70,12 +76,27 @@ inline procedure::Plan planOf(const Case& c) {
   return plan;
 }
 
-inline std::string written(const Case& c, const Dialect& dialect, Marks marks = Marks::lines,
-                           const Setting& with = setting()) {
+inline std::vector<std::string_view> dialectsOf(bool lathes) {
+  std::vector<std::string_view> names;
+  for (const auto name : dialectNames()) {
+    if (dialectNamed(name)->isLathe() == lathes) names.push_back(name);
+  }
+  return names;
+}
+
+inline Machine machineOf(const Dialect& dialect) {
+  return !dialect.isLathe() ? Machine::mill : &dialect == &fanucLathe() ? Machine::system_a : Machine::siemens_lathe;
+}
+
+inline std::string written(const Case& c, const Dialect& dialect, Marks marks, const Setting& with) {
   const auto blocks = unroll(planOf(c), with);
   EXPECT_TRUE(blocks) << blocks.error().what;
   if (!blocks) return {};
   return program(*blocks, with, {std::string{c.method->name()}, "probebox calibrate", "zero"}, dialect, marks);
+}
+
+inline std::string written(const Case& c, const Dialect& dialect, Marks marks = Marks::lines) {
+  return written(c, dialect, marks, setting(dialect.isLathe()));
 }
 
 // Head and tools that cases() do without.
@@ -113,6 +134,17 @@ inline std::vector<Case> allCases() {
   all.push_back(headCase(procedure::kHeadPivot, {}));
   all.push_back(headCase(procedure::kSwivelError, {3, 4}));
   all.push_back(headCalibration());
+  return all;
+}
+
+// Those that a machine without Y can make, as the box makes them for it.
+inline std::vector<Case> casesOfLathe() {
+  auto all = allCases();
+  std::erase_if(all, [](const Case& c) { return !c.method->why_no_y.empty(); });
+  for (auto& c : all) {
+    c.options.faces = procedure::kFacesAcrossY;
+    if (c.method->takes_axis) c.options.axis = 1;
+  }
   return all;
 }
 

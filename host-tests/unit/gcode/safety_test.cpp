@@ -37,17 +37,18 @@ const std::vector<Program>& everyProgram() {
   static const auto all = [] {
     std::vector<Program> programs;
     for (const auto name : dialectNames()) {
-      for (const auto& c : allCases()) {
+      const Dialect& dialect = *dialectNamed(name);
+      for (const auto& c : dialect.isLathe() ? casesOfLathe() : allCases()) {
         const auto plan = planOf(c);
-        if (swivels(plan) && !dialectNamed(name)->hasTipControl()) continue;
+        if (swivels(plan) && !dialect.hasTipControl()) continue;
         for (const std::uint32_t probe_tool : {7U, 0U}) {
           if (probe_tool == 0 && (swivels(plan) || !takesNothingElse(plan))) continue;
-          Setting with = setting();
+          Setting with = setting(dialect.isLathe());
           with.probe_tool = probe_tool;
           programs.push_back(
               {name,
                std::string{name} + " " + std::string{c.method->name()} + (probe_tool == 0 ? " in the spindle" : ""),
-               plan, interpret(written(c, *dialectNamed(name), Marks::lines, with))});
+               plan, interpret(written(c, dialect, Marks::lines, with), machineOf(dialect))});
         }
       }
     }
@@ -140,7 +141,7 @@ void expectSurfacesToBeSought(std::string_view name, const procedure::Plan& plan
 TEST(Safety, OrientsTheSpindleWhereTheMethodDoesNot) {
   Setting fixed = setting();
   fixed.orients = false;
-  for (const auto name : dialectNames()) {
+  for (const auto name : dialectsOf(false)) {
     EXPECT_EQ(interpret(written(cases()[0], *dialectNamed(name))).orientations, 2) << name << ": dry run and run";
     EXPECT_EQ(interpret(written(cases()[0], *dialectNamed(name), Marks::lines, fixed)).orientations, 0) << name;
     EXPECT_EQ(interpret(written(cases()[8], *dialectNamed(name))).orientations, 0) << name << ": a rest reads no probe";
@@ -161,14 +162,14 @@ TEST(Safety, RefusesAHeadThatSwivelsUnguarded) {
 }
 
 TEST(Safety, SaysWhatItLeavesBehind) {
-  for (const auto name : dialectNames())
+  for (const auto name : dialectsOf(false))
     EXPECT_THAT(written(cases()[0], *dialectNamed(name)), HasSubstr("LEAVES BEHIND")) << name;
 }
 
 TEST(Safety, GuardsNothingWhereTheControlCannot) {
   Setting blind = setting();
   blind.guard = false;
-  for (const auto name : dialectNames()) {
+  for (const auto name : dialectsOf(false)) {
     const auto text = written(cases()[0], *dialectNamed(name), Marks::lines, blind);
     const auto read = interpret(text);
     EXPECT_THAT(read.dangers, IsEmpty());
@@ -180,7 +181,7 @@ TEST(Safety, GuardsNothingWhereTheControlCannot) {
 }
 
 TEST(Safety, SaysThatTheProbeIsToBeSwitchedOn) {
-  for (const auto name : dialectNames())
+  for (const auto name : dialectsOf(false))
     EXPECT_THAT(written(cases()[0], *dialectNamed(name)), HasSubstr("SWITCHED ON")) << name;
 }
 
@@ -257,7 +258,7 @@ TEST(Safety, RefusesAWayBelowAnotherBall) {
 
 void expectStopsToSayWhy(std::string_view name, const Interpreted& read) {
   ASSERT_GE(read.messages.size(), 2U);
-  const std::size_t most = name == "fanuc" || name == "haas" ? 26 : 100;
+  const std::size_t most = name.starts_with("fanuc") || name == "haas" ? 26 : 100;
   for (const auto& message : read.messages) EXPECT_LE(message.size(), most) << message;
 }
 
@@ -335,7 +336,7 @@ TEST(Safety, EndsTipControlWithTheHeadUpright) {
 // A is the spindle's: on a mill with a trunnion named A it would turn the table.
 TEST(Safety, OrientsTheSpindleByItsOwnWord) {
   const Case aligned{&procedure::kAAxisAlignment, {}};
-  for (const auto name : dialectNames()) {
+  for (const auto name : dialectsOf(false)) {
     const auto text = written(aligned, *dialectNamed(name));
     EXPECT_GE(interpret(text).orientations, 4) << name;
     EXPECT_THAT(text, HasSubstr(name == "siemens" ? "\nSPOS=180.000\n" : "\nM19 R180.000")) << name;
@@ -389,7 +390,7 @@ TEST(Safety, TakesNoOtherLengthOffsetThanG43) {
 
 // No skip input ends an arc: the head says so, and where they run.
 TEST(Safety, SaysThatArcsOfTheDryRunAreNotProtected) {
-  for (const auto name : dialectNames()) {
+  for (const auto name : dialectsOf(false)) {
     const auto text = written(cases()[9], *dialectNamed(name));
     EXPECT_THAT(inOneLine(text),
                 testing::AllOf(HasSubstr("ARCS OF THE SCAN"), HasSubstr("SKIP INPUT"), HasSubstr("Z 90.000")))
@@ -408,12 +409,38 @@ TEST(Safety, SaysThatArcsOfTheDryRunAreNotProtected) {
 }
 
 TEST(Safety, SaysThatItIsForMachiningCentres) {
-  for (const auto name : dialectNames()) {
+  for (const auto name : dialectsOf(false)) {
     const auto text = inOneLine(written(cases()[0], *dialectNamed(name)));
     EXPECT_THAT(text, testing::AllOf(HasSubstr("LATHES"), HasSubstr("TURRET"))) << name;
     EXPECT_EQ(text.find("SYSTEM A") != std::string::npos, name == "fanuc") << name;
     EXPECT_EQ(text.find("DIAMOF") != std::string::npos, name == "siemens") << name;
   }
+}
+
+// The head of a lathe's says what it is for, and what it does not see.
+TEST(Safety, SaysWhatALatheHasToHave) {
+  const auto fanuc = inOneLine(written(casesOfLathe()[0], fanucLathe()));
+  EXPECT_THAT(fanuc,
+              testing::AllOf(HasSubstr("FOR LATHES"), HasSubstr("SYSTEM A"), HasSubstr("DIAMETERS"),
+                             HasSubstr("NOT RUN ON A CONTROL"), HasSubstr("G50"), Not(HasSubstr("SPINDLE, ITS"))));
+  const auto siemens = inOneLine(written(casesOfLathe()[0], siemensLathe()));
+  EXPECT_THAT(siemens, testing::AllOf(HasSubstr("FOR LATHES"), HasSubstr("DIAMOF"), HasSubstr("NOT RUN ON A CONTROL"),
+                                      HasSubstr("MD 20150")));
+}
+
+TEST(Safety, TakesATurretToItsReferencePointAndItsToolWithTheOffset) {
+  const auto text = written(casesOfLathe()[0], fanucLathe());
+  EXPECT_THAT(text, testing::AllOf(HasSubstr("\nG28 W0\nG28 U0\nT0707\nG18 G21 G40 G80\nG54 G98 G61\nG1 X2.000 F"),
+                                   HasSubstr("\nG64\nG99\nM30\n"), Not(HasSubstr("G43")), Not(HasSubstr("M6\n"))));
+  EXPECT_THAT(written(casesOfLathe()[0], siemensLathe()),
+              HasSubstr("\nG0 SUPA Z0.000 D0\nT7\nG18 G710 G40\nG54 G90 G94 G60\nTRANS\nDIAMOF\nG1 X1.000 F"));
+}
+
+TEST(Safety, RefusesWhatAnEarlierProgramHasLeftActiveOnALathe) {
+  EXPECT_THAT(written(casesOfLathe()[0], fanucLathe()),
+              testing::AllOf(HasSubstr("[#4012]EQ66]THEN#3000="), HasSubstr("[#4004EQ68]THEN#3000="),
+                             HasSubstr("[#4017]EQ68]THEN#3000="), HasSubstr("[#4021-12.1]LT0.05]THEN#3000="),
+                             HasSubstr("\nG52 X0 Z0\n"), Not(HasSubstr("#4016"))));
 }
 
 TEST(Safety, StopsForTheBallThatIsClampedFurtherOut) {

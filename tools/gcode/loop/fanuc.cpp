@@ -13,9 +13,11 @@ namespace {
 
 constexpr int kHelpersFrom = 40;    // number of the first helper, from the first program on
 constexpr std::size_t kShown = 26;  // characters of a message
+constexpr std::string_view kMill = "{mill}", kLathe = "{lathe}", kEach = "{each}";
 constexpr int kFirstLocal = 120, kLastLocal = 199, kFirstShared = 550, kLastShared = 699;
 // Programs of their own: one word from the PMC and to it, 32 bits of either, a guarded move, the state of the control.
-// "@40" is the number of a program, {name} a variable.
+// "@40" is the number of a program, {name} a variable. A line that begins with {mill} or {lathe} is for these alone,
+// one that begins with {each} is written for each linear axis.
 constexpr std::string_view kHelpers = R"(O@40 (ONE WORD FROM OR TO THE PMC: #101 WORD, #102 VALUE, #103 1 TO WRITE)
 #104=FIX[#1133/1073741824]
 #104=[1-#104]
@@ -73,47 +75,48 @@ M98 P@40
 M98 P@40
 M99
 O@44 (A MOVE THAT THE PROBE STOPS: TO #110 #111 #112 AT #113)
-G31 X#110 Y#111 Z#112 F#113
+G31 {to} F#113
 G53
-IF [ABS[#5041-#110] GT 0.05] GOTO 1
-IF [ABS[#5042-#111] GT 0.05] GOTO 1
-IF [ABS[#5043-#112] GT 0.05] GOTO 1
+{each}IF [ABS[#{work}-#{target}] GT 0.05] GOTO 1
 M99
 N1 M98 P@47
 #3000=91 (PROBE TOUCHED ON THE WAY)
 M99
 O@45 (MODES, COOLANT OFF, NO LENGTH, AND {frame} AS THE MACHINE'S OWN COORDINATES: NOTHING MOVES)
-G17 G21 G40 G80
-G90 G94 G61
+{plane} G21 G40 G80
+{mill}G90 G94 G61
+{lathe}G98 G61
 M9
 G53
-G0 G49 G53 Z#5023
+{mill}G0 G49 G53 Z#5023
 {write} {zero}
 {frame}
 G53
-IF [ABS[#5041-#5021] GT 1] GOTO 1
-IF [ABS[#5042-#5022] GT 1] GOTO 1
-IF [ABS[#5043-#5023] GT 1] GOTO 1
-#110=#5041
-#111=#5042
-#112=#5043
+{each}IF [ABS[#{work}-#{machine}] GT 1] GOTO 1
+{each}#{target}=#{work}
 M99
 N1 M98 P@47
-#3000=94 (CANCEL G52 G92 EXT OFFSET)
+{mill}#3000=94 (CANCEL G52 G92 EXT OFFSET)
+{lathe}#3000=94 (CANCEL G52 G50 EXT OFFSET)
 M99
 O@46 (KEEPS THE STATE OF THE CALLER. REFUSES WHAT WOULD BEND THE WAY)
 IF [FIX[#4011] EQ 51] THEN #3000=93 (CANCEL SCALING G50)
-IF [FIX[#4016] EQ 68] THEN #3000=93 (CANCEL ROTATION G69)
+{mill}IF [FIX[#4016] EQ 68] THEN #3000=93 (CANCEL ROTATION G69)
+{lathe}IF [FIX[#4017] EQ 68] THEN #3000=93 (CANCEL ROTATION G69.1)
+{lathe}IF [#4004 EQ 68] THEN #3000=93 (CANCEL TURRET MIRROR G69)
+{lathe}IF [ABS[#4021-12.1] LT 0.05] THEN #3000=93 (CANCEL POLAR MODE G13.1)
+{lathe}IF [[#4120-100*FIX[#4120/100]] NE 0] THEN #3000=93 (CALL T WITH OFFSET 00)
 IF [FIX[#4022] EQ 51] THEN #3000=93 (CANCEL MIRROR G50.1)
 IF [#4006 NE 21] THEN #3000=93 (CALL IT IN MM: G21)
 IF [#4007 NE 40] THEN #3000=93 (CANCEL COMPENSATION G40)
-IF [ABS[#4008-43.5] LT 0.3] THEN #3000=93 (CANCEL TIP CONTROL G49)
+{mill}IF [ABS[#4008-43.5] LT 0.3] THEN #3000=93 (CANCEL TIP CONTROL G49)
 (AN EARLIER RUN WAS RESET: ITS VALUES OF {frame} STAY KEPT)
 IF [{_pb_kept} NE 20546] GOTO 1
-IF [[ABS[#{x}]+ABS[#{y}]+ABS[#{z}]] EQ 0] GOTO 2
+IF [[{sum}] EQ 0] GOTO 2
 {keep}
-N2 {_pb_kept_plane}=#4002
-{_pb_kept_absolute}=#4003
+{mill}N2 {_pb_kept_plane}=#4002
+{mill}{_pb_kept_absolute}=#4003
+{lathe}N2 {_pb_kept_plane}=#4016
 {_pb_kept_feed}=#4005
 {_pb_kept_frame}=#4014
 {_pb_kept_stop}=#4015
@@ -123,12 +126,14 @@ N3 {_pb_kept}=20546
 M99
 O@47 (GIVES IT BACK. AFTER A RESET ON THE WAY: CALL IT BY MDI)
 IF [{_pb_kept} NE 20546] GOTO 3
-G90 {write} {back}
+{mill}G90 {write} {back}
+{lathe}{back to variables}
 IF [ABS[{_pb_kept_frame}-54.5] GT 0.45] GOTO 1
 G54.1 P{_pb_kept_further}
 GOTO 2
 N1 G{_pb_kept_frame}
-N2 G{_pb_kept_plane} G{_pb_kept_absolute} G{_pb_kept_feed} G{_pb_kept_stop}
+{mill}N2 G{_pb_kept_plane} G{_pb_kept_absolute} G{_pb_kept_feed} G{_pb_kept_stop}
+{lathe}N2 G{_pb_kept_plane} G{_pb_kept_feed} G{_pb_kept_stop}
 {_pb_kept}=0
 N3 M99
 )";
@@ -166,7 +171,8 @@ class FanucWriter final : public Writer {
     if (one.name == "places") toolSetting();
     if (one.name != "main") return;
     explain(
-        "Fanuc 0i-D and later, 30i to 32i, with custom macro B",
+        axes().lathe ? "lathes: Fanuc 0i-TD and later, 30i to 32i, with custom macro B and G-code system A"
+                     : "Fanuc 0i-D and later, 30i to 32i, with custom macro B",
         {"Call: G65 P" + std::to_string(first_) +
              " A4. B1. C0. I0. J0. K0. - method, axis, tool, read by, mounts, contacts; what is left out is 0. In G21.",
          "Overwrites without asking: common variables #100 to #199 and #" + std::to_string(kFirstShared) +
@@ -176,14 +182,16 @@ class FanucWriter final : public Writer {
          "While it runs, " + frame() +
              " is the machine's own frame: choose one that nobody uses (--frame). At its end, and where it ends itself "
              "with an alarm, it gives back work offset, the values of " +
-             frame() + ", G17 to G19, G90, G94 and G61 to G64. After a reset or power-off on the way " + frame() +
-             " stays at zero until O" + std::to_string(first_ + kHelpersFrom + 7) +
+             frame() + ", G17 to G19, " + (axes().lathe ? "G98 or G99" : "G90, G94") +
+             " and G61 to G64. After a reset or power-off on the way " + frame() + " stays at zero until O" +
+             std::to_string(first_ + kHelpersFrom + 7) +
              " is called by MDI, which does the same from variables that outlast power-off.",
-         "It leaves behind: no length offset (call G43 H again before Z moves), coolant off (M9), the tool of the last "
-         "step in the spindle, Z at the safe height.",
-         "Which tool is in the spindle: the first line of " + programNamed("places") +
-             ". #4120 is the T that was called last, which on a changer that stages the next tool is the one that "
-             "waits. The first change is made in any case.",
+         std::string{"It leaves behind: "} +
+             (axes().lathe ? "no tool offset (call T with one again), coolant off (M9), the turret at the tool of the "
+                             "last step, Z at the safe height."
+                           : "no length offset (call G43 H again before Z moves), coolant off (M9), the tool of the "
+                             "last step in the spindle, Z at the safe height."),
+         axes().lathe ? toolsOfLathe() : toolsOfMill(),
          "A Fanuc is no Modbus master: its Modbus/TCP option (0i-D: R968) is a server, as the box is. A gateway that "
          "is master "
          "of the box and speaks a bus of the control (Profibus, Profinet, EtherNet/IP, or client of that option) keeps "
@@ -252,8 +260,8 @@ class FanucWriter final : public Writer {
     line("#103=1");
     callHelper(40);
   }
-  std::string position(char axis) override { return "#" + std::to_string(5021 + axes().letters.find(axis)); }
-  std::string commanded(char axis) override { return "#" + std::to_string(5041 + axes().letters.find(axis)); }
+  std::string position(char axis) override { return inRadius(axis, 5021); }
+  std::string commanded(char axis) override { return inRadius(axis, 5041); }
   std::string tool() override { return variable("_pb_spindle"); }
   std::string toolForSure() override { return variable("_pb_changed"); }
 
@@ -286,7 +294,7 @@ class FanucWriter final : public Writer {
     said_.clear();
   }
   void takeTool(const std::string& number) override {
-    line("T" + number + " M6");
+    line(axes().lathe ? "T" + operation("100", "*", number) : "T" + number + " M6");
     line(tool() + "=" + number);
     line(toolForSure() + "=" + number);
   }
@@ -298,26 +306,64 @@ class FanucWriter final : public Writer {
   }
   void arc(const std::map<char, std::string>& to, const std::array<std::string, 2>& centre, const std::string& feed,
            bool clockwise) override {
-    for (const auto& [letter, value] : to) line("#" + std::to_string(110 + letter - 'X') + "=" + value);
-    line("#113=" + feed);
+    aim(to, feed);
     line("#114=" + centre[0]);
     line("#115=" + centre[1]);
     line(std::string{clockwise ? "G2" : "G3"} + " X#110 Y#111 I#114 J#115 F#113");
   }
   void move(const std::map<char, std::string>& to, const std::string& feed, bool guarded) override {
-    for (const auto& [letter, value] : to) line("#" + std::to_string(110 + letter - 'X') + "=" + value);
-    if (!feed.empty()) line("#113=" + feed);
+    aim(to, feed);
     if (guarded) return callHelper(44);
-    line("G1 X#110 Y#111 Z#112 F#113");
+    line("G1 " + target() + " F#113");
   }
   void seek(const std::map<char, std::string>& to, const std::string& feed) override {
-    for (const auto& [letter, value] : to) line("#" + std::to_string(110 + letter - 'X') + "=" + value);
-    line("#113=" + feed);
-    line("G31 X#110 Y#111 Z#112 F#113");
+    aim(to, feed);
+    line("G31 " + target() + " F#113");
     line("G53");
   }
 
  private:
+  static int targetOf(char axis) { return 110 + axis - 'X'; }
+  unsigned numberOf(char axis, unsigned first) const {
+    return first + static_cast<unsigned>(axes().letters.find(axis));
+  }
+  // X of a lathe is in diameters, in words and variables alike.
+  bool onDiameter(char axis) const { return axes().lathe && axis == 'X'; }
+  std::string inRadius(char axis, unsigned first) const {
+    const std::string all = "#" + std::to_string(numberOf(axis, first));
+    return onDiameter(axis) ? operation(all, "/", "2") : all;
+  }
+  void aim(const std::map<char, std::string>& to, const std::string& feed) {
+    for (const auto& [letter, value] : to)
+      line("#" + std::to_string(targetOf(letter)) + "=" + (onDiameter(letter) ? operation("2", "*", value) : value));
+    if (!feed.empty()) line("#113=" + feed);
+  }
+  // Words of the linear axes: "X#110 Z#112".
+  std::string target() const {
+    std::string words;
+    for (const char axis : linearAxes())
+      words += (words.empty() ? "" : " ") + std::string{axis} + "#" + std::to_string(targetOf(axis));
+    return words;
+  }
+  std::string toolsOfMill() {
+    return "Which tool is in the spindle: the first line of " + programNamed("places") +
+           ". #4120 is the T that was called last, which on a changer that stages the next tool is the one that "
+           "waits. The first change is made in any case.";
+  }
+  std::string toolsOfLathe() {
+    return "X is programmed in diameters: bit 3 (DIA) of parameter 1006 is 1 for it, and no G10.9 changes that. Where "
+           "it is not, X moves twice as far: run selftest first (A9.), whose jogs show it. Places below are in radius. "
+           "G90, G92 and G94 are cycles of this system and do not occur. T has two digits for the "
+           "station and two for the offset (bit 0, LD1, of parameter 5002 is 0): it takes T0100 for tool 1, without an "
+           "offset. Call T with offset 00 before the program, where that may move the axes: it begins with an alarm "
+           "where one is active. The turret turns with Z at the safe height, wherever X is: nothing that it carries "
+           "may "
+           "reach anything there. It is as #4120 says, the T that was called last; where it is turned by hand, see the "
+           "first line of " +
+           programNamed("places") +
+           ". The first change is made in any case. C: the main spindle stands, its contouring is on and its brake "
+           "released, by the M codes of your builder, before the call.";
+  }
   std::string helperNumber(int number) const { return std::to_string(first_ + number); }
   void callHelper(int number) { line("M98 P" + helperNumber(number)); }
   // Joins for all axes the letter and the text given for it.
@@ -330,7 +376,7 @@ class FanucWriter final : public Writer {
   // The work offset that the programs make the machine's own coordinates: G54.1 P1 to P48, or 0: G59, which every
   // control has.
   std::string frame() const { return frame_ == 0 ? "G59" : "G54.1 P" + std::to_string(frame_); }
-  std::size_t valuesOfFrame() const { return frame_ == 0 ? 5321U : 7001U + 20U * static_cast<unsigned>(frame_ - 1); }
+  unsigned valuesOfFrame() const { return frame_ == 0 ? 5321U : 7001U + 20U * static_cast<unsigned>(frame_ - 1); }
   std::string kept(std::size_t axis) { return variable("_pb_kept_" + std::to_string(axis + 1)); }
   // Writes a line of the helpers: numbers of programs and variables in place of "@40" and {name}.
   void helper(std::string_view text) {
@@ -339,6 +385,24 @@ class FanucWriter final : public Writer {
         line((i == 0 ? "N1 " : "") + kept(i) + "=#" + std::to_string(valuesOfFrame() + i));
       return;
     }
+    if (text == "{back to variables}") {
+      for (std::size_t i = 0; i < axes().letters.size(); ++i)
+        line("#" + std::to_string(valuesOfFrame() + i) + "=" + kept(i));
+      return;
+    }
+    for (const auto& [mark, is] : {std::pair{kMill, !axes().lathe}, {kLathe, axes().lathe}}) {
+      if (!text.starts_with(mark)) continue;
+      if (is) helper(text.substr(mark.size()));
+      return;
+    }
+    if (text.starts_with(kEach)) {
+      for (const char axis : linearAxes()) line(filled(text.substr(kEach.size()), axis));
+      return;
+    }
+    line(filled(text, 'X'));
+  }
+  // axis: the one that {work}, {machine} and {target} number.
+  std::string filled(std::string_view text, char axis) {
     std::string all;
     for (std::size_t at = 0; at < text.size(); ++at) {
       if (text[at] == '@') {
@@ -347,8 +411,17 @@ class FanucWriter final : public Writer {
       } else if (text[at] == '{') {
         const auto end = text.find('}', at);
         const std::string name{text.substr(at + 1, end - at - 1)};
-        if (name.size() == 1) {
-          all += std::to_string(valuesOfFrame() + static_cast<std::size_t>(name[0] - 'x'));
+        if (name == "work" || name == "machine") {
+          all += std::to_string(numberOf(axis, name == "work" ? 5041 : 5021));
+        } else if (name == "target") {
+          all += std::to_string(targetOf(axis));
+        } else if (name == "to") {
+          all += target();
+        } else if (name == "plane") {
+          all += has('Y') ? "G17" : "G18";
+        } else if (name == "sum") {
+          for (const char each : linearAxes())
+            all += (each == 'X' ? "ABS[#" : "+ABS[#") + std::to_string(numberOf(each, valuesOfFrame())) + "]";
         } else if (name == "frame") {
           all += frame();
         } else if (name == "write") {
@@ -365,17 +438,30 @@ class FanucWriter final : public Writer {
         all += text[at];
       }
     }
-    line(all);
+    return all;
   }
   void toolSetting() {
     comments(
-        "Number of the variable that holds the tool in the spindle. #4120 is the T that was called last: right "
-        "where a T is called with its M6 only. Where the changer stages the next tool, or is a random one, put "
-        "here the variable in which your builder's M6 or PMC keeps the tool in the spindle. Where it is wrong, "
-        "the first rise is reckoned with the length of another tool and may end too low.");
+        axes().lathe
+            ? "Number of the variable that holds the station of the turret. #4120 is the T that was called last: right "
+              "where nobody turns the turret by hand. Else put here the variable in which your builder's PMC keeps the "
+              "station. Where it is wrong, the first rise is reckoned with the length of another tool and may end too "
+              "low."
+            : "Number of the variable that holds the tool in the spindle. #4120 is the T that was called last: right "
+              "where a T is called with its M6 only. Where the changer stages the next tool, or is a random one, put "
+              "here the variable in which your builder's M6 or PMC keeps the tool in the spindle. Where it is wrong, "
+              "the first rise is reckoned with the length of another tool and may end too low.");
     line(variable("_pb_spindle_at") + "=4120");
     line(tool() + "=#[" + variable("_pb_spindle_at") + "]");
+    if (axes().lathe) stationOfT();
     line(toolForSure() + "=-1");
+  }
+  // A T of a lathe has the offset behind the station; a variable of the builder has the station alone.
+  void stationOfT() {
+    const int known = newLabel();
+    jumpIf(variable("_pb_spindle_at"), "NE", "4120", known);
+    line(tool() + "=FIX[" + tool() + "/100]");
+    label(known);
   }
 
   int first_{};

@@ -18,6 +18,12 @@ constexpr int kFirstOfTable = 1000, kTable = 400;
 // Names are distinct by their beginnings: programs PB_, helpers PBH_, arguments PBP_, variables PBV_, the array of all
 // others PBL_, the table PBT_.
 constexpr std::string_view kTableName = "PBT_N", kLocals = "PBL_N";
+constexpr const char* kLathes =
+    " It moves X in radius (DIAMOF), in which the places below are; SAVE gives DIAMON back. T turns the turret without "
+    "an "
+    "M6 (MD 22550 TOOL_CHANGE_MODE = 0), with Z at the safe height, wherever X is: nothing that it carries may reach "
+    "anything there. The main spindle stands and is axis C before the call, as your builder switches it, its brake "
+    "released.";
 constexpr std::array<std::string_view, 6> kArguments{"METHOD", "AXIS", "TOOL", "READ_BY", "MOUNTS", "CONTACTS"};
 constexpr unsigned kIndices = 3;  // more than one block has
 const std::map<std::string_view, std::string_view, std::less<>> kRelations{{"EQ", "=="}, {"NE", "<>"}, {"LT", "<"},
@@ -71,16 +77,21 @@ class SiemensWriter final : public Writer {
     subprogram_ = one.name;
     line("PROC " + name + (main ? "(" + parameters() + ") SAVE" : ""));
     if (!main) return;
+    const std::string held = axes().lathe ? "in the turret" : "in the spindle";
     explain(
-        "Siemens 840D sl or ONE",
+        axes().lathe ? "lathes: Siemens 840D sl or ONE" : "Siemens 840D sl or ONE",
         {"Call: PROBEBOX(4, 1, 0) - method, axis, tool, read by, mounts, contacts; what is left out at the end is "
          "0. The program that calls it has in its head: EXTERN PROBEBOX(REAL, REAL, REAL, REAL, REAL, REAL). Put "
          "these programs where subprograms are found, and GUD8 into force: its head has the machine data that it "
          "needs.",
-         "At its end it gives back the G functions and frames of the caller (SAVE), and D where the tool in the "
-         "spindle is still his. It leaves behind: after another tool D0 (call D before Z moves), coolant off (M9), the "
-         "tool of the last step in the spindle, Z at the safe height. An alarm of this program is left by reset, "
-         "which gives back G functions, frames and D as the machine data of your reset state have them.",
+         std::string{
+             "At its end it gives back the G functions and frames of the caller (SAVE), and D where the tool "} +
+             held +
+             " is still his. It leaves behind: after another tool D0 (call D before Z moves), coolant off (M9), the "
+             "tool of the last step " +
+             held +
+             ", Z at the safe height. An alarm of this program is left by reset, "
+             "which gives back G functions, frames and D as the machine data of your reset state have them.",
          "No transformation may be active (TRAORI, TRANSMIT, TRACYL): it refuses to begin.",
          "The PLC is the Modbus master of the box: MB_CLIENT of a S7-1500 (ONE), a CP 341 or an IM of a S7-300 "
          "(840D sl). Word "
@@ -88,7 +99,8 @@ class SiemensWriter final : public Writer {
          "it, by "
          "the type of each register. Register 0 read there is 20546.",
          "MEAS=1 is the probe at measuring input 1. Machine data: the alarm 65000 stops the program.",
-         "Axes of the machine are named X Y Z A B C; G153 moves them without frames, D0 without tool lengths.",
+         "Axes of the machine are named X Y Z A B C; G153 moves them without frames, D0 without tool lengths." +
+             std::string{axes().lathe ? kLathes : ""},
          "C counts on beyond 360 degrees and below 0: it is no modulo axis (MD 30310 ROT_IS_MODULO = 0). The program "
          "writes plain C=, which on a modulo axis never passes 0: there a turn until contact near 0, or the way back "
          "from it, would go the long way round."});
@@ -193,7 +205,7 @@ class SiemensWriter final : public Writer {
   void stop() override { line("M0"); }
   void takeTool(const std::string& number) override {
     line("T=" + number);
-    line("M6");
+    if (!axes().lathe) line("M6");
   }
   void turn(const std::map<char, std::string>& to, const std::string& feed, Turn how) override {
     const bool until_touched = how == Turn::until_touched;
@@ -234,20 +246,25 @@ class SiemensWriter final : public Writer {
     std::ranges::transform(all, all.begin(), [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
     return all;
   }
-  static std::string straight() { return "G1 G153 X=PBV_TO_X Y=PBV_TO_Y Z=PBV_TO_Z F=PBV_FEED"; }
+  std::string straight() const {
+    std::string words = "G1 G153";
+    for (const char axis : linearAxes()) words += std::string{" "} + axis + "=PBV_TO_" + axis;
+    return words + " F=PBV_FEED";
+  }
   // Also where the machine stands: a move of one axis leaves the others there.
   void modes() {
     line("%_N_PBH_MODES_SPF");
     line(";$PATH=/_N_SPF_DIR");
     line("PROC PBH_MODES");
     line("; MODES, NO LENGTH, NO TRANSFORMATION. G153 OF EACH MOVE IS THE MACHINE'S FRAME");
-    line("G17 G710 G40");
+    line(std::string{has('Y') ? "G17" : "G18"} + " G710 G40");
     line("G90 G94 G60");
+    if (axes().lathe) line("DIAMOF");
     line("M9");
     line("TRAFOOF");
     line("D0");
     line("STOPRE");
-    for (const char axis : {'X', 'Y', 'Z'}) line(variable(target(axis)) + "=" + position(axis));
+    for (const char axis : linearAxes()) line(variable(target(axis)) + "=" + position(axis));
     line("M17");
   }
   void moveGuarded() {

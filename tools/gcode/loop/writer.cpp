@@ -149,13 +149,10 @@ std::string Writer::text(const Value& value) {
     case Value::Is::variable: {
       if (value.name == "_tool") return tool();
       if (value.name == "_current_tool") return toolForSure();
-      for (const char axis : {'x', 'y', 'z'}) {
-        if (value.name == std::string{"_"} + axis) return commanded(static_cast<char>(axis - 'a' + 'A'));
-      }
-      for (const char axis : {'a', 'b', 'c'}) {
-        if (value.name != std::string{"_"} + axis) continue;
-        const auto letter = static_cast<char>(axis - 'a' + 'A');
-        return has(letter) ? position(letter) : number(0);
+      for (const char letter : {'X', 'Y', 'Z', 'A', 'B', 'C'}) {
+        if (value.name != std::string{"_"} + static_cast<char>(letter - 'A' + 'a')) continue;
+        if (!has(letter)) return number(0);
+        return letter >= 'X' ? commanded(letter) : position(letter);
       }
       if (value.name == "_lathe_diameter_mode") return number(0);  // settings() has it
       return variable(value.name == "_value" ? "_pb_value" : value.name);
@@ -233,7 +230,8 @@ void Writer::statement(const Statement& one) {
 void Writer::assignment(const Statement& one) {
   const Value& target = one.values[0];
   if (!one.text.empty()) comments(one.text);
-  const auto value = target.name == "_pb_rotary" ? number(rotaryAxes()) : text(one.values[1]);
+  const auto known = knownByAxes(target.name);
+  const auto value = known ? number(*known) : text(one.values[1]);
   if (target.is == Value::Is::pin) {
     if (const auto place = placeWritten(target.name)) return write(*place, value);
     if (placeRead(target.name)) return fail(target.name + " is not written");
@@ -253,6 +251,23 @@ void Writer::jumpUnlessRelation(const Value& condition, int to) {
 // As _pb_rotary counts them.
 int Writer::rotaryAxes() const {
   return (has('A') ? 1 : 0) + (has('B') ? 2 : 0) + (has('C') ? 4 : 0);
+}
+
+// Settings of the places that follow from the axes of the control, in place of the kit's.
+std::optional<double> Writer::knownByAxes(std::string_view name) const {
+  if (name == "_pb_rotary") return rotaryAxes();
+  if (name == "_pb_has_y") return has('Y') ? 1 : 0;
+  if (name == "_pb_home" && !has('Y')) return 5;
+  if (name == "_pb_orient" && axes_.lathe) return 0;  // no probe in a turret turns
+  return std::nullopt;
+}
+
+std::string Writer::linearAxes() const {
+  std::string letters;
+  for (const char axis : {'X', 'Y', 'Z'}) {
+    if (has(axis)) letters += axis;
+  }
+  return letters;
 }
 
 // One comparison a jump: controls differ in how they join several.
@@ -333,7 +348,8 @@ void Writer::block(const Statement& one) {
   if (g.contains(20) || g.contains(30)) return circle(words, g.contains(20));
   if (m.contains(6)) return takeTool(words['T']);
   if (m.contains(0)) return stop();
-  if (m.contains(9)) return;  // settings() has it
+  if (m.contains(9)) return;                  // settings() has it
+  if (m.contains(19) && axes_.lathe) return;  // it would turn the part
   if (m.contains(19)) return orient();
   if (m.contains(66)) return settle();
   if (m.contains(64) || m.contains(65)) {
@@ -346,13 +362,14 @@ void Writer::block(const Statement& one) {
 // No skip input ends an arc.
 void Writer::circle(const std::map<char, std::string>& words, bool clockwise) {
   if (!pressing_) return fail("an arc that the probe is to stop");
+  if (!has('Y')) return abort("A SCAN NEEDS THE AXIS Y");
   arc({{'X', words.at('X')}, {'Y', words.at('Y')}}, {words.at('I'), words.at('J')}, words.at('F'), clockwise);
 }
 
 void Writer::motion(const Statement& one, const std::map<char, std::string>& words, Turn how) {
   std::map<char, std::string> linear, rotary;
   for (const auto& [letter, value] : words) {
-    if (letter >= 'X') linear[letter] = value;
+    if (letter >= 'X' && has(letter)) linear[letter] = value;
     if (letter <= 'C') rotary[letter] = value;
   }
   const auto feed = words.find('F');

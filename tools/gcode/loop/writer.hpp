@@ -15,8 +15,8 @@ namespace probebox::gcode::loop {
 
 // Properties of the control that the loop program depends on.
 struct Axes {
-  std::string letters{
-      "XYZABC"};  // as the control numbers its axes, from 1; rotary axes that are not here are not moved
+  std::string letters{"XYZABC"};  // as the control numbers its axes, from 1; axes that are not here are not moved
+  bool lathe{};                   // a turret, X programmed in diameters, G-code system A of a Fanuc
 };
 
 // Writes the loop program in the language of one control. Flow becomes labels and jumps, which all of them have; a
@@ -87,6 +87,8 @@ class Writer {
   void comments(std::string_view kits);
   const Axes& axes() const { return axes_; }
   bool has(char axis) const { return axes_.letters.find(axis) != std::string::npos; }
+  // The letters of the linear axes that the control has.
+  std::string linearAxes() const;
   void fail(const std::string& what);
   int newLabel() { return ++labels_; }
   std::string text(const Value& value);
@@ -105,6 +107,7 @@ class Writer {
   void choice(const Statement& statement);
   void repeat(const Statement& statement);
   int rotaryAxes() const;
+  std::optional<double> knownByAxes(std::string_view name) const;
   void block(const Statement& statement);
   static bool isSetting(const Statement& statement);
   void motion(const Statement& statement, const std::map<char, std::string>& words, Turn how);

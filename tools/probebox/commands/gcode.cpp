@@ -64,7 +64,7 @@ Outcome<gcode::Words, Trouble> wordsOf(const Gcode& options) {
   gcode::Words words{"", bAxisOf(options).x() != 0 ? "A" : "B", "C"};
   for (const auto& given : options.words) {
     const std::string word = given.substr(2);
-    if (word.ends_with('=') && options.dialect != "siemens")
+    if (word.ends_with('=') && !options.dialect.starts_with("siemens"))
       return usage("--words " + given + ": " + options.dialect + " has no words that end with =");
     if (!gcode::isAxisWord(word) && given.front() != 'A')
       return usage("--words " + given + ": B and C are axes, give a word such as B, A or C1=");
@@ -107,7 +107,7 @@ struct Uses {
 };
 
 // Trouble: two axes with one word, or a word that the dialect does not have.
-Outcome<gcode::Setting, Trouble> settingOf(const Gcode& options) {
+Outcome<gcode::Setting, Trouble> settingOf(const Gcode& options, const gcode::Dialect& dialect) {
   gcode::Setting setting;
   setting.at_mm = pointOf(options.at_mm);
   for (const auto& ball : options.balls_mm) setting.balls_mm.push_back(pointOf(ball));
@@ -118,7 +118,8 @@ Outcome<gcode::Setting, Trouble> settingOf(const Gcode& options) {
   setting.machine_z_mm = options.machine_z_mm.value_or(0);
   setting.deflection_limit_mm = options.deflection_limit_mm;
   setting.guard = !options.no_skip;
-  setting.orients = !options.no_orient;
+  setting.has_y = !dialect.isLathe();
+  setting.orients = !options.no_orient && !dialect.isLathe();
   setting.ball_diameter_mm = options.sphere_mm;
   setting.gap_mm = options.gap_mm;
   setting.setter_width_mm = options.setter_mm;
@@ -191,6 +192,21 @@ std::optional<Trouble> whyNotUsed(const Gcode& options, const procedure::Plan& p
   return std::nullopt;
 }
 
+// Explains which option a lathe of X and Z cannot have.
+std::optional<Trouble> whyNotOfLathe(const Gcode& options, const gcode::Dialect& dialect) {
+  if (!dialect.isLathe()) return std::nullopt;
+  if (pointOf(options.at_mm).y() != 0) return usage("--at: a lathe of X and Z has no Y, give 0 for it");
+  if (&dialect != &gcode::fanucLathe()) return std::nullopt;
+  if (options.machine_z_mm)
+    return usage("--machine-z is not for fanuc-lathe, whose turret turns at the reference point (G28): omit it");
+  constexpr std::uint32_t kMostStation = 99;  // two digits of T
+  auto numbers = options.probe_tools;
+  if (options.tool) numbers.push_back(*options.tool);
+  if (std::ranges::any_of(numbers, [](std::uint32_t number) { return number > kMostStation; }))
+    return usage("fanuc-lathe has two digits of T for a station: give tools up to 99");
+  return std::nullopt;
+}
+
 std::optional<Trouble> whyWordNotUsed(const Gcode& options, const gcode::Blocks& blocks) {
   std::array<bool, 3> used{};
   for (const auto& block : blocks) {
@@ -207,8 +223,8 @@ std::optional<Trouble> whyWordNotUsed(const Gcode& options, const gcode::Blocks&
 using procedure::Feature;
 
 // Facts from machine.toml about the axes and tools that the steps name.
-procedure::Facts factsOf(const Gcode& options) {
-  procedure::Facts facts = plan::factsOf({}, options.tool.value_or(0));
+procedure::Facts factsOf(const Gcode& options, const gcode::Dialect& dialect) {
+  procedure::Facts facts = plan::factsOf({.has_y = !dialect.isLathe()}, options.tool.value_or(0));
   const Eigen::Vector3d about = bAxisOf(options);
   const std::array<double, 3> axis{about.x(), about.y(), about.z()};
   const auto describe = [&](procedure::BFacts& b) {
@@ -265,19 +281,20 @@ Outcome<Written, Trouble> unrolled(const Gcode& options) {
   if (!wanted.method->calibrates)
     return Trouble{ExitStatus::failed, "no-program",
                    options.method + " is done by hand, as the box asks for each step: run probebox " + options.method};
-  const auto completed = plan::completed(wanted, factsOf(options));
+  const gcode::Dialect& dialect = *gcode::dialectNamed(options.dialect);
+  if (auto trouble = whyNotOfLathe(options, dialect)) return *trouble;
+  const auto completed = plan::completed(wanted, factsOf(options, dialect));
   if (!completed) return Trouble{ExitStatus::failed, completed.error().name, completed.error().reason};
   procedure::Plan plan;
   procedure::fill(plan, *wanted.method, *completed);
-  const gcode::Dialect& dialect = *gcode::dialectNamed(options.dialect);
-  if (options.number && &dialect != &gcode::fanuc() && &dialect != &gcode::haas())
+  if (options.number && !options.dialect.starts_with("fanuc") && &dialect != &gcode::haas())
     return usage("--number is of fanuc and haas: omit it, " + options.dialect + " names programs by their files");
   if (!options.tape.empty() && &dialect != &gcode::linuxcnc())
     return usage("--tape names the line to the box for linuxcnc alone: omit it; comments of the program name that of " +
                  options.dialect);
   if (auto trouble = whyNotGiven(options, plan, dialect)) return *trouble;
   if (auto trouble = whyNotUsed(options, plan)) return *trouble;
-  TRY(const auto setting, settingOf(options));
+  TRY(const auto setting, settingOf(options, dialect));
   const auto blocks = gcode::unroll(plan, setting);
   if (!blocks) return Trouble{ExitStatus::failed, "no-program", blocks.error().what};
   if (auto error = gcode::whyMaskedTooLong(*blocks, setting, dialect))
@@ -298,9 +315,9 @@ Outcome<Written, Trouble> unrolled(const Gcode& options) {
 
 // One program for all methods.
 ExitStatus runLoop(const Gcode& options, Console& console) {
-  const auto text = gcode::loop::loopProgram(options.dialect, options.axes.empty() ? "XYZABC" : options.axes,
-                                             static_cast<int>(options.number.value_or(gcode::loop::kFirstProgram)),
-                                             options.frame.value_or(gcode::loop::kFrame));
+  const auto text =
+      gcode::loop::loopProgram(options.dialect, options.axes,
+                               static_cast<int>(options.number.value_or(gcode::loop::kFirstProgram)), options.frame);
   if (!text) return console.fail(usage(text.error().what));
   if (auto trouble = write(options.output, *text, options.force, console)) return console.fail(*trouble);
   if (options.output == "-") return ExitStatus::ok;

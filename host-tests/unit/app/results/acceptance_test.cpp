@@ -246,6 +246,21 @@ TEST_F(Accepting, OfACheckMovesTheBallThatTheNextOneStartsFrom) {
   EXPECT_FALSE(results_.measuredFacts().ball_x);
 }
 
+// A lathe of X and Z tells nothing of Y, which stays as it was.
+TEST_F(Accepting, OfACheckWithoutYMovesXAndTheHeightOfTheBall) {
+  auto check = resultOf("periodic-check", {Estimate::scalar("Xcen_B0_mm", 0.157, 5e-5)});
+  check.also = {Estimate::scalar("ball_centre_z_mm", 120.01, 1e-4)};
+  acceptedAs("check", check);
+  procedure::Facts described;
+  described.has_y = false;
+  described.checked_ball =
+      procedure::CheckedBall{.centre_z = {.mm = 120}, .accepted_x = procedure::AcceptedValue{.mm = 0.1}};
+  procedure::takeMeasured(described, results_.measuredFacts(), {});
+  EXPECT_EQ(described.checked_ball->accepted_x->mm, 0.157);
+  EXPECT_FALSE(described.checked_ball->accepted_y);
+  EXPECT_EQ(described.checked_ball->centre_z.mm, 120.01);
+}
+
 // X at 90 degrees counted from the axis that was accepted before; the next check counts from the one of this check.
 TEST_F(Accepting, OfACheckWithASwivelledHeadIsWhatTheNextOneIsHeldAgainst) {
   auto check = resultOf("periodic-check",

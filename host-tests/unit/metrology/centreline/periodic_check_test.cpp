@@ -46,6 +46,58 @@ TEST(PeriodicCheck, FindsWhatTheMachineIsAndStatesItsUncertainty) {
   expectHonest(z, 0.88);
 }
 
+// As a lathe of X and Z reads it, whose turret turns no stylus.
+Dataset checkWithoutY(const CheckedMachine& machine, double sigma, std::mt19937_64& random) {
+  Dataset dataset = checkOf(machine, sigma, random);
+  dataset.config["machine_axes"] = std::string{"XZ"};
+  auto centres =
+      Table::withColumns("centres", std::array<std::string_view, 5>{"B_deg", "C_deg", "A_deg", "x_mm", "z_mm"});
+  auto top = Table::withColumns("z_touch", std::array<std::string_view, 4>{"B_deg", "C_deg", "A_deg", "z_mm"});
+  for (const double c : {0.0, 180.0, 180.0, 0.0}) {
+    const auto at = machine.centred(0, c, 0);
+    const double z = at.z() + machine.z_offset_error + gauss(random, sigma);
+    centres.append({0, c, 0, at.x() + gauss(random, sigma), z});
+    if (c == 0) top.append({0, c, 0, z + kRe});
+  }
+  dataset.tables = {std::move(centres), std::move(top)};
+  return dataset;
+}
+
+// The stylus' offset from the turret's reference is in X, and cancels against the accepted one.
+TEST(PeriodicCheck, TellsXAndTheHeightOfALatheWithoutY) {
+  std::mt19937_64 random{11};
+  Judgement x, z;
+  for (int trial = 0; trial < 500; ++trial) {
+    CheckedMachine machine;
+    machine.centreline = {uniform(random, -.02, .02), uniform(random, -.02, .02), 0.0};
+    machine.ball = {uniform(random, -3, 3), uniform(random, -3, 3), kExpectedZ};
+    machine.z_offset_error = uniform(random, -.03, .03);
+    const double sigma = uniform(random, 3e-4, 3e-3);
+    const auto solved = solve(checkWithoutY(machine, sigma, random));
+    ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    const auto add = [&](Judgement& into, const char* key, double truth, double bound) {
+      into.add(solved->find(key)->value() - truth, solved->find(key)->sd[0], bound);
+    };
+    add(x, "Xcen_B0_mm", machine.centreline.x() - machine.stylus.x(), sigma / 2);
+    add(z, "z_offset_error_mm", machine.z_offset_error, sigma / std::numbers::sqrt2);
+    EXPECT_NEAR(solved->find("ball_offset_x_mm")->value(), machine.ball.x(), 5 * sigma);
+    EXPECT_NEAR(solved->find("ball_centre_z_mm")->value(), kExpectedZ + machine.z_offset_error, 5 * sigma);
+    EXPECT_EQ(solved->estimates.size(), 2U) << "nothing of Y";
+  }
+  expectHonest(x);
+  expectHonest(z);
+}
+
+TEST(PeriodicCheck, ReadsALatheWithoutYAtALevelHeadAlone) {
+  std::mt19937_64 random{12};
+  auto swivelled = checkWithoutY(CheckedMachine{}, 1e-3, random);
+  for (auto& table : swivelled.tables) table.columns[0].values[0] = 45;
+  EXPECT_EQ(solve(swivelled).error().name, "bad-angle");
+  auto half = checkWithoutY(CheckedMachine{}, 1e-3, random);
+  for (double& c : half.tables[0].columns[1].values) c = 0;
+  EXPECT_EQ(solve(half).error().name, "missing-orientation") << "the run-out of the ball stays in it";
+}
+
 TEST(PeriodicCheck, ListsItsValuesByAngleOfTheHead) {
   std::mt19937_64 random{3};
   const auto solved = solve(checkOf(CheckedMachine{}, 1e-3, random));
