@@ -63,7 +63,9 @@ std::optional<Dataset> touched(Scene& scene, Err err, Random& random) {
   scene = simulation::shuffled(std::move(scene), random);
   put(err, scene);
   Dataset dataset = simulation::measure(scene, random);
-  const auto* size = scene.method == "delay-plates" ? "gap_mm" : "effective_diameter_mm";
+  const auto* size = scene.method == "delay-plates"                       ? "gap_mm"
+                     : dataset.config.contains("stylus_ball_diameter_mm") ? "stylus_ball_diameter_mm"
+                                                                          : "effective_diameter_mm";
   if (err == Err::wrong_ball) {
     if (!dataset.config.contains(size)) return std::nullopt;
     misstate(dataset, size);
@@ -246,6 +248,8 @@ std::span<const World> worldsOfTouches() {
       {"delay-known-sphere, one speed", atOneSpeed<simulation::knownSphere>, true},
       {"delay-plates", atTwoSpeeds<simulation::plates>},
       {"delay-plates, one speed", atOneSpeed<simulation::plates>},
+      {"delay-cylinder", atTwoSpeeds<simulation::bore>},
+      {"delay-cube", atTwoSpeeds<simulation::cube>},
       {"delay-per-axis", atTwoSpeeds<simulation::perAxis>, true},
       {"delay-per-axis, one speed", atOneSpeed<simulation::perAxis>, true},
       {"delay-non-normal", atTwoSpeeds<simulation::nonNormal>, true},

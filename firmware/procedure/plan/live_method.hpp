@@ -92,7 +92,8 @@ struct LiveMethod {
   ProcedureOptions usual{};
   bool of_plate{};          // its balls are those of [ball_plate]
   bool closes{};            // touches last what it has touched first, to show what has moved since
-  bool takes_axis{};        // --axis: whose screw
+  bool takes_axis{};        // --axis X, Y or Z: whose screw, or across which the faces stand
+  bool of_screw{};          // it is about the screw of that axis
   bool takes_turns{};       // --turns of it
   bool takes_tool{};        // --tool: the one to measure
   bool takes_probe_tool{};  // --tool: which of those that carry the probe

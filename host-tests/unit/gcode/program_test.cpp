@@ -43,6 +43,8 @@ Vector3d centreOf(const procedure::Step& step) {
 Vector3d surfaceOf(const procedure::Step& step) {
   const Vector3d n = vectorOf(step.touch.outward_normal);
   if (step.feature == Feature::plates) return centreOf(step) - 10 * n;
+  if (step.feature == Feature::cylinder) return centreOf(step) - 12 * n;
+  if (step.feature == Feature::cube) return centreOf(step) + Vector3d{13 * n.x(), 15 * n.y(), 12 * n.z()};
   if (step.feature != Feature::tool_setter) return centreOf(step) + 15.5 * n;
   const bool tool = step.touch.tool != 0;
   const double beside = 8 + (tool ? 5 : 3), above = 8 + (tool ? 0 : 3);
