@@ -21,7 +21,8 @@ inline constexpr Range kPosition_mm{-50'000, 50'000};  // the largest gantries a
 inline constexpr Range kDuration_s{0, 3600};
 inline constexpr Range kToolNumbers{1, 65'535};
 
-// Between two plates beside the stylus ball: the least clearance of a touch and the run-out of its retract.
+// Between two plates, or in a bore, beside the stylus ball: the least clearance of a touch and the run-out of its
+// retract.
 inline constexpr double kLeastGapRoom_mm = 1.6;
 
 // Returns the widest range of a value by the unit at the end of its key: "travel_min_mm" is a length in mm. Always

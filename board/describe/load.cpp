@@ -75,7 +75,12 @@ class Reading {
 void checkTravel(const World& world, const Machine& machine, Reading& reading) {
   std::vector<std::pair<std::string, Vector3>> places{{"axes.home_mm", world.axes.home_mm},
                                                       {"datum_sphere.centre_mm", world.sphere.centre_mm}};
-  if (world.plates) places.emplace_back("gauge_plates.middle_mm", world.plates->middle_mm);
+  for (std::size_t axis = 0; axis < world.plates.size(); ++axis) {
+    if (const auto& plates = world.plates.at(axis))
+      places.emplace_back(std::string{"gauge_plates."} + "XYZ"[axis] + ".middle_mm", plates->middle_mm);
+  }
+  if (world.cylinder) places.emplace_back("gauge_cylinder.middle_mm", world.cylinder->middle_mm);
+  if (world.cube) places.emplace_back("gauge_cube.middle_mm", world.cube->middle_mm);
   if (world.tool_setter) places.emplace_back("tool_setter.centre_mm", world.tool_setter->centre_mm);
   for (const auto& [key, place] : places) {
     for (std::size_t i = 0; i < machine.axes.size(); ++i) {
@@ -127,15 +132,24 @@ void checkProbeSwitch(const Descriptions& all, Reading& reading) {
           " has no [[trigger]] of that name" + (names.empty() ? ": add one" : "; it has " + names));
 }
 
-// Between the plates the stylus ball needs room for its way out.
-void checkPlates(const Descriptions& all, Reading& reading) {
-  if (!all.machine.datum_gap_mm || all.probe.by_switch) return;
+// Between two plates, and in a bore, the stylus ball needs room for its way out.
+void checkGaps(const Descriptions& all, Reading& reading) {
+  if (all.probe.by_switch) return;
   const double least_mm = all.probe.ball_diameter_mm + kLeastGapRoom_mm;
-  if (*all.machine.datum_gap_mm > least_mm) return;
-  reading.add(reading.nameOf("machine.toml") + ": 'datum_plates.gap_mm' is " + plain(*all.machine.datum_gap_mm) +
-              ", and the stylus ball of " + reading.nameOf("probe.toml") + " has " + plain(all.probe.ball_diameter_mm) +
-              " mm: on its way out of a touch it would go into the opposite plate. Use plates more than " +
-              plain(least_mm) + " mm apart or a smaller ball, or remove [datum_plates] and with it delay-plates");
+  const auto check = [&](const std::string& key, double size_mm) {
+    if (size_mm > least_mm) return;
+    reading.add(reading.nameOf("machine.toml") + ": '" + key + "' is " + plain(size_mm) + ", and the stylus ball of " +
+                reading.nameOf("probe.toml") + " has " + plain(all.probe.ball_diameter_mm) +
+                " mm: on its way out of a touch it would go into the opposite side. Use one of more than " +
+                plain(least_mm) + " mm or a smaller ball, or remove the section");
+  };
+  for (std::size_t axis = 0; axis < all.machine.datum_plates.size(); ++axis) {
+    if (const auto& plates = all.machine.datum_plates.at(axis))
+      check(std::string{"datum_plates."} + "XYZ"[axis] + ".gap_mm", plates->gap_mm);
+  }
+  const auto& cylinder = all.machine.datum_cylinder;
+  if (cylinder && cylinder->touched == CylinderDescription::Touched::inside)
+    check("datum_cylinder.diameter_mm", cylinder->diameter_mm);
 }
 
 // A sensor without a screw would be read for nothing, and a screw without a sensor never corrected.
@@ -192,7 +206,7 @@ Outcome<Descriptions> load(const Reader& reader, bool emulated) {
         ": 'like_sim' completes the description of an emulated machine: describe this one whole, and remove it");
   checkProbeSwitch(all, reading);
   checkToolSetter(all.box, all.machine, reading);
-  checkPlates(all, reading);
+  checkGaps(all, reading);
   checkDrift(all.box, all.machine, reading);
   for (const auto& problem :
        encoderProblems(all.box, reading.nameOf("box.toml"), all.machine, reading.nameOf("machine.toml")))

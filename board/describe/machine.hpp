@@ -361,6 +361,42 @@ struct CorrectionsDescription {
   std::uint16_t mask{};  // the sources that are summed
 };
 
+// Two parallel plates across one axis, touched from between.
+struct PlatesDescription {
+  double gap_mm{};
+  std::optional<double> sd_gap_mm;
+
+  static constexpr void keys(auto& self, auto&& key) {
+    key("gap_mm", self.gap_mm, within(0.1, 1000), "distance of the faces, certified");
+    key("sd_gap_mm", self.sd_gap_mm, kSdOfSize, "of it (k = 1)");
+  }
+};
+
+// A pin or a bore along Z.
+struct CylinderDescription {
+  enum class Touched : std::uint8_t { outside, inside };
+  double diameter_mm{};
+  std::optional<double> sd_diameter_mm;
+  Touched touched{};
+
+  static constexpr void keys(auto& self, auto&& key) {
+    key("diameter_mm", self.diameter_mm, within(0.1, 1000), "of the cylinder, certified");
+    key("sd_diameter_mm", self.sd_diameter_mm, kSdOfSize, "of it (k = 1)");
+    key("touched", self.touched, oneOf("outside", "inside"), "outside: a pin; inside: a bore, such as a ring gauge");
+  }
+};
+
+// A block with faces across the axes.
+struct CubeDescription {
+  std::array<double, 3> edges_mm{};
+  std::optional<double> sd_edge_mm;
+
+  static constexpr void keys(auto& self, auto&& key) {
+    key("edges_mm", self.edges_mm, within(0.1, 1000), "along X, Y, Z, certified");
+    key("sd_edge_mm", self.sd_edge_mm, kSdOfSize, "of each (k = 1)");
+  }
+};
+
 // At which the datum sphere and the stylus ball are touched, and how they expand.
 struct SphereTemperature {
   std::optional<double> celsius{};  // nothing: each run states its own
@@ -405,13 +441,14 @@ struct Machine {
   Programming x_programming{Programming::radius};
   // Certified sizes of the features to calibrate on.
   std::optional<double> datum_sphere_diameter_mm;
-  std::optional<double> datum_sphere_sd_mm;                   // of the diameter (k = 1), as its owner states it
-  std::optional<SphereTemperature> datum_sphere_temperature;  // nothing: not stated
-  std::optional<CalibratedSphere> datum_sphere_certificate;   // of that diameter, from unit.toml
-  std::optional<double> datum_gap_mm;                         // between two parallel plates across X
-  std::optional<double> datum_gap_sd_mm;                      // k = 1
-  std::optional<AccuracyDescription> accuracy;                // nothing: not stated
-  double sigma_c_rad{};                                       // sd of a C angle (k = 1)
+  std::optional<double> datum_sphere_sd_mm;                      // of the diameter (k = 1), as its owner states it
+  std::optional<SphereTemperature> datum_sphere_temperature;     // nothing: not stated
+  std::optional<CalibratedSphere> datum_sphere_certificate;      // of that diameter, from unit.toml
+  std::array<std::optional<PlatesDescription>, 3> datum_plates;  // across X, Y, Z
+  std::optional<CylinderDescription> datum_cylinder;
+  std::optional<CubeDescription> datum_cube;
+  std::optional<AccuracyDescription> accuracy;  // nothing: not stated
+  double sigma_c_rad{};                         // sd of a C angle (k = 1)
   std::optional<PeriodicCheckDescription> periodic_check;
   std::optional<RimBallDescription> rim_ball;
   std::optional<BallPlateDescription> ball_plate;

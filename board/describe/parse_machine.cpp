@@ -359,8 +359,8 @@ void readAxes(Section axes, Machine& machine) {
 }
 
 void readDatumPlates(Section section, Machine& machine) {
-  machine.datum_gap_mm = section.number("gap_mm", {0.1, 1000});
-  machine.datum_gap_sd_mm = section.numberIfThere("sd_gap_mm", kSdOfSize.range);
+  for (std::size_t axis = 0; axis < machine.datum_plates.size(); ++axis)
+    machine.datum_plates.at(axis) = readIfThere<PlatesDescription>(section, std::string{"XYZ"[axis]});
   section.finish();
 }
 
@@ -519,6 +519,8 @@ Machine readMachine(Section& root) {
 
   if (auto sphere = root.sectionIfThere("datum_sphere")) readDatumSphere(std::move(*sphere), machine);
   if (auto section = root.sectionIfThere("datum_plates")) readDatumPlates(std::move(*section), machine);
+  machine.datum_cylinder = readIfThere<CylinderDescription>(root, "datum_cylinder");
+  machine.datum_cube = readIfThere<CubeDescription>(root, "datum_cube");
   if (auto accuracy = root.sectionIfThere("accuracy")) {
     readKeys(*accuracy, machine.accuracy.emplace());
     accuracy->finish();

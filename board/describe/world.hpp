@@ -231,18 +231,49 @@ struct WorldSphere {
   }
 };
 
-// Two parallel plates across X, each a block, with a gap between them.
+// Two parallel plates across an axis, each a block, with a gap between them.
 struct WorldPlates {
   Vector3 middle_mm{};
   double gap_mm{}, width_mm{}, height_mm{}, thickness_mm{};
+
+  // Of each plate along X, Y, Z.
+  constexpr Vector3 sizeAcross(std::size_t axis) const {
+    if (axis == 0) return {thickness_mm, width_mm, height_mm};
+    return axis == 1 ? Vector3{width_mm, thickness_mm, height_mm} : Vector3{width_mm, height_mm, thickness_mm};
+  }
 
   static constexpr void keys(auto& self, auto&& key) {
     constexpr Key kSize = within(1, 1000);
     key("middle_mm", self.middle_mm, within(kPosition_mm), "middle of the gap");
     key("gap_mm", self.gap_mm, kSize, "distance of the faces");
-    key("width_mm", self.width_mm, kSize, "of each plate along Y");
-    key("height_mm", self.height_mm, kSize, "of each plate along Z");
-    key("thickness_mm", self.thickness_mm, kSize, "of each plate along X");
+    key("width_mm", self.width_mm, kSize, "of each plate along X, or along Y where the plates are across X");
+    key("height_mm", self.height_mm, kSize, "of each plate along Z, or along Y where the plates are across Z");
+    key("thickness_mm", self.thickness_mm, kSize, "of each plate across its face");
+  }
+};
+
+// A pin along Z, or a ring with a bore along Z.
+struct WorldCylinder {
+  Vector3 middle_mm{};
+  double diameter_mm{}, height_mm{}, wall_mm{};
+
+  bool isBore() const { return wall_mm > 0; }
+  static constexpr void keys(auto& self, auto&& key) {
+    constexpr Key kSize = within(1, 1000);
+    key("middle_mm", self.middle_mm, within(kPosition_mm), "of its axis, at half its height");
+    key("diameter_mm", self.diameter_mm, kSize, "of the pin, or of the bore");
+    key("height_mm", self.height_mm, kSize, "along Z");
+    key("wall_mm", self.wall_mm, within(0, 100).orUsual(), "of the ring around a bore; 0: a pin");
+  }
+};
+
+// A block with faces across the axes.
+struct WorldCube {
+  Vector3 middle_mm{}, edges_mm{};
+
+  static constexpr void keys(auto& self, auto&& key) {
+    key("middle_mm", self.middle_mm, within(kPosition_mm), "machine position of its middle");
+    key("edges_mm", self.edges_mm, within(1, 1000), "along X, Y, Z");
   }
 };
 
@@ -516,7 +547,9 @@ struct World {
   std::optional<WorldTouchTrigger> touch_trigger;
   WorldSphere sphere;
   // Parts without a description do not exist; the spindles are there, without balls and with one tool.
-  std::optional<WorldPlates> plates;
+  std::array<std::optional<WorldPlates>, 3> plates;  // across X, Y, Z
+  std::optional<WorldCylinder> cylinder;
+  std::optional<WorldCube> cube;
   WorldPartSpindle part_spindle;
   std::optional<WorldTiltingTable> tilting_table;
   std::optional<WorldSwivelHead> swivel_head;

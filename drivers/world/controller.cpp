@@ -227,7 +227,11 @@ bool Controller::knows(const Prompt& prompt) const {
     case StepFeature::datum_sphere:
       return true;
     case StepFeature::plates:
-      return known.plates.has_value();
+      return placeOf(config_, prompt, tool(), pose()).half_mm != Vector3{};
+    case StepFeature::cylinder:
+      return known.cylinder.has_value();
+    case StepFeature::cube:
+      return known.cube.has_value();
     case StepFeature::part_ball:
       return prompt.ball >= 1 && prompt.ball <= known.part_spindle.balls_mm.size();
     case StepFeature::tool_setter:
@@ -441,11 +445,10 @@ Vector3 Controller::beginning() const {
 // Where the stylus ball's centre is to meet the surface.
 Vector3 Controller::surface() const {
   const Place at = place();
-  if (at.shape == Place::Shape::block) {
-    const auto& n = step_.outward_normal;
-    return at.centre + Vector3{n[0] * at.half_mm[0], n[1] * at.half_mm[1], n[2] * at.half_mm[2]};
-  }
-  if (at.shape == Place::Shape::gap) return at.centre - config_.half_way_mm() * step_.outward_normal;
+  const auto& n = step_.outward_normal;
+  const Vector3 half{n[0] * at.half_mm[0], n[1] * at.half_mm[1], n[2] * at.half_mm[2]};
+  if (at.shape == Place::Shape::block) return at.centre + half;
+  if (at.shape == Place::Shape::gap) return at.centre - half;
   return at.centre + (at.keep_out_mm - config_.safe_distance_mm) * step_.outward_normal;
 }
 

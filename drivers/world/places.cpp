@@ -63,6 +63,39 @@ Place besideLine(const board::World& known, const Prompt& step, const Vector3& t
   return {Place::Shape::gap, on_line + step.travel_mm * step.outward_normal - tip, 0, {}};
 }
 
+// Which way round plates, cylinder or cube are touched: across the axis that the normal is along.
+std::size_t axisAlong(const Vector3& normal) {
+  const auto most = std::ranges::max_element(normal, {}, [](double component) { return std::abs(component); });
+  return static_cast<std::size_t>(most - normal.begin());
+}
+
+Place betweenPlates(const ControllerConfig& config, const Prompt& step, const Vector3& tip) {
+  const std::size_t axis = axisAlong(step.outward_normal);
+  const auto plates = config.known.plates.at(axis).value_or(board::WorldPlates{});
+  const double ball_mm = config.known.sphere.stylus_ball_radius_mm;
+  Place place{Place::Shape::gap, plates.middle_mm - tip, 0, {}};
+  place.half_mm[axis] = plates.gap_mm / 2 - ball_mm;
+  // The upper one covers the gap.
+  if (axis == 2) place.entrance_mm[0] = -(plates.width_mm / 2 + ball_mm + config.safe_distance_mm);
+  return place;
+}
+
+Place atCylinder(const ControllerConfig& config, const Vector3& tip) {
+  const auto cylinder = config.known.cylinder.value_or(board::WorldCylinder{});
+  const double ball_mm = config.known.sphere.stylus_ball_radius_mm, radius_mm = cylinder.diameter_mm / 2;
+  const Vector3 centre = cylinder.middle_mm - tip;
+  if (cylinder.isBore()) return {Place::Shape::gap, centre, 0, {radius_mm - ball_mm, radius_mm - ball_mm, 0}};
+  const Vector3 half{radius_mm + ball_mm, radius_mm + ball_mm, cylinder.height_mm / 2 + ball_mm};
+  return {Place::Shape::block, centre, norm(half) + config.safe_distance_mm, half};
+}
+
+Place aroundCube(const ControllerConfig& config, const Vector3& tip) {
+  const auto cube = config.known.cube.value_or(board::WorldCube{});
+  const double ball_mm = config.known.sphere.stylus_ball_radius_mm;
+  const Vector3 half = 0.5 * cube.edges_mm + Vector3{ball_mm, ball_mm, ball_mm};
+  return {Place::Shape::block, cube.middle_mm - tip, norm(half) + config.safe_distance_mm, half};
+}
+
 Place aroundSetter(const ControllerConfig& config, std::uint32_t tool_number, const Vector3& tip) {
   const auto setter = config.known.tool_setter.value_or(board::WorldToolSetter{});
   const auto tool = toolNumbered(config.known, tool_number);
@@ -79,7 +112,11 @@ Place anywhere(const ControllerConfig& config, const Prompt& step, std::uint32_t
   if (step.kind == StepKind::turn) return besideLine(known, step, tip);
   switch (step.feature) {
     case StepFeature::plates:
-      return {Place::Shape::gap, (known.plates ? known.plates->middle_mm : Vector3{}) - tip, 0, {}};
+      return betweenPlates(config, step, tip);
+    case StepFeature::cylinder:
+      return atCylinder(config, tip);
+    case StepFeature::cube:
+      return aroundCube(config, tip);
     case StepFeature::tool_setter:
       return aroundSetter(config, tool, tip);
     case StepFeature::datum_sphere:

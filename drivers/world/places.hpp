@@ -28,10 +28,6 @@ struct ControllerConfig {
 
   const Vector3& park_mm() const { return known.axes.home_mm; }  // at a height that is free everywhere
   Nanoseconds dwell() const { return Nanoseconds{std::llround(1e9 * known.cycle.dwell_s)}; }  // at overtravel
-  // Distance of the stylus ball's centre from the middle of the plates when it meets a face; 0 without plates.
-  double half_way_mm() const {
-    return known.plates ? known.plates->gap_mm / 2 - known.sphere.stylus_ball_radius_mm : 0;
-  }
 };
 
 // Configures the controller of a machine that was set up with an error of `error_mm`.
@@ -40,7 +36,11 @@ inline ControllerConfig controllerFor(const board::World& truth, const Vector3& 
   auto& known = config.known;
   known.sphere.centre_mm = truth.sphere.centre_mm + error_mm;
   known.part_spindle.point_mm = truth.part_spindle.point_mm + error_mm;
-  if (known.plates) known.plates->middle_mm = truth.plates->middle_mm + error_mm;
+  for (auto& plates : known.plates) {
+    if (plates) plates->middle_mm = plates->middle_mm + error_mm;
+  }
+  if (known.cylinder) known.cylinder->middle_mm = truth.cylinder->middle_mm + error_mm;
+  if (known.cube) known.cube->middle_mm = truth.cube->middle_mm + error_mm;
   if (known.tilting_table) known.tilting_table->point_mm = truth.tilting_table->point_mm + error_mm;
   if (known.tool_setter) known.tool_setter->centre_mm = truth.tool_setter->centre_mm + error_mm;
   return config;

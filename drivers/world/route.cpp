@@ -24,7 +24,8 @@ Route Route::up(const Place& place, const Vector3& from, double height_mm) {
   Route route;
   Vector3 aside = from;
   if (place.shape == Place::Shape::gap) {
-    aside = place.centre;
+    if (place.entrance_mm != Vector3{}) route.add(place.centre);
+    aside = place.centre + place.entrance_mm;
   } else if (norm(from - place.centre) < place.keep_out_mm) {
     aside = place.centre + place.keep_out_mm * unit(from - place.centre);
   }
@@ -42,9 +43,10 @@ Route Route::down(const Place& place, const Vector3& from, const Vector3& to) {
     route.add(to);
     return route;
   }
-  const Vector3 above{place.centre[0], place.centre[1], from[2]};
+  const Vector3 entrance = place.centre + place.entrance_mm, above{entrance[0], entrance[1], from[2]};
   route.add(above);
   if (place.shape == Place::Shape::gap) {
+    if (place.entrance_mm != Vector3{}) route.add(entrance);
     route.add(place.centre);
     route.add(to);
   } else {

@@ -35,8 +35,9 @@ struct Place {
   enum class Shape { round, gap, block, beside };  // beside: a round one that the shank touches, the tip below it
   Shape shape{Shape::round};
   Vector3 centre{};
-  double keep_out_mm{};  // of a round feature or a block: traverses stay this far from its centre
-  Vector3 half_mm{};     // of a block, from its centre to where its faces are met
+  double keep_out_mm{};   // of a round feature or a block: traverses stay this far from its centre
+  Vector3 half_mm{};      // of a block or a gap, from its centre to where its faces are met
+  Vector3 entrance_mm{};  // of a gap that is covered from above: from its centre to where the way down is free
 
   friend bool operator==(const Place&, const Place&) = default;
 };

@@ -8,12 +8,24 @@
 namespace probebox::world {
 namespace {
 
-SolidBlock plateOf(const board::WorldPlates& plates, double side, double reach_mm) {
-  const double outwards = plates.gap_mm / 2 + plates.thickness_mm / 2;
-  const Vector3 centre = plates.middle_mm + Vector3{side * outwards, 0, 0};
-  const Vector3 half{plates.thickness_mm / 2 + reach_mm, plates.width_mm / 2 + reach_mm,
-                     plates.height_mm / 2 + reach_mm};
-  return {centre - half, centre + half};
+SolidBlock blockOf(const Vector3& middle, const Vector3& size_mm, double reach_mm) {
+  const Vector3 half = 0.5 * size_mm + Vector3{reach_mm, reach_mm, reach_mm};
+  return {middle - half, middle + half};
+}
+
+SolidBlock plateOf(const board::WorldPlates& plates, std::size_t axis, double side, double reach_mm) {
+  Vector3 middle = plates.middle_mm;
+  middle[axis] += side * (plates.gap_mm / 2 + plates.thickness_mm / 2);
+  return blockOf(middle, plates.sizeAcross(axis), reach_mm);
+}
+
+SolidRing ringOf(const board::WorldCylinder& cylinder, double reach_mm) {
+  const double radius_mm = cylinder.diameter_mm / 2;
+  SolidRing ring{.middle = cylinder.middle_mm,
+                 .outer_mm = radius_mm + cylinder.wall_mm + reach_mm,
+                 .half_height_mm = cylinder.height_mm / 2 + reach_mm};
+  if (cylinder.isBore()) ring.inner_mm = radius_mm - reach_mm;
+  return ring;
 }
 
 SolidBlock grown(const board::WorldToolSetter& setter, const Vector3& by_mm) {
@@ -64,6 +76,35 @@ std::optional<Meeting> SolidBlock::meet(const Move& way) const {
   return meeting;
 }
 
+std::optional<Meeting> SolidRing::meet(const Move& way, double from_mm) const {
+  std::optional<Meeting> first;
+  const auto consider = [&](double distance_mm, const Vector3& normal) {
+    const Vector3 off = way.at(distance_mm) - middle;
+    const double radius_mm = std::hypot(off[0], off[1]);
+    constexpr double kOnIt_mm = 1e-9;
+    const bool on_it = radius_mm > inner_mm - kOnIt_mm && radius_mm < outer_mm + kOnIt_mm &&
+                       std::abs(off[2]) < half_height_mm + kOnIt_mm;
+    if (!on_it || distance_mm < from_mm || dot(way.direction, normal) >= 0) return;
+    if (!first || distance_mm < first->distance_mm) first = Meeting{.distance_mm = distance_mm, .normal = normal};
+  };
+  const auto& [x, y, z] = way.direction;
+  const Vector3 off = way.from - middle;
+  const double along = x * x + y * y, half = off[0] * x + off[1] * y;
+  for (const double radius_mm : {inner_mm, outer_mm}) {
+    const double discriminant = half * half - along * (off[0] * off[0] + off[1] * off[1] - radius_mm * radius_mm);
+    if (along < 1e-12 || radius_mm == 0 || discriminant <= 0) continue;
+    for (const double root : {-1.0, 1.0}) {
+      const double distance_mm = (-half + root * std::sqrt(discriminant)) / along;
+      const Vector3 at = way.at(distance_mm) - middle;
+      consider(distance_mm, (radius_mm == inner_mm ? -1.0 : 1.0) * unit(Vector3{at[0], at[1], 0}));
+    }
+  }
+  for (const double side : {-1.0, 1.0}) {
+    if (std::abs(z) > 1e-12) consider((side * half_height_mm - off[2]) / z, {0, 0, side});
+  }
+  return first;
+}
+
 Solids::Solids(const Config& config)
     : spindle_{config.part_spindle},
       table_{config.tilting_table.value_or(board::WorldTiltingTable{})},
@@ -73,10 +114,13 @@ Solids::Solids(const Config& config)
   spindle_.direction = unit(spindle_.direction);
   table_.direction = unit(table_.direction);
   const double reach_mm = config.sphere.stylus_ball_radius_mm;
-  if (const auto& plates = config.plates) {
-    plates_ = {plateOf(*plates, -1, reach_mm), plateOf(*plates, 1, reach_mm)};
-    plate_count_ = plates_.size();
+  for (std::size_t axis = 0; axis < config.plates.size(); ++axis) {
+    const auto& plates = config.plates[axis];
+    if (!plates) continue;
+    for (const double side : {-1.0, 1.0}) blocks_.at(block_count_++) = plateOf(*plates, axis, side, reach_mm);
   }
+  if (const auto& cube = config.cube) blocks_.at(block_count_++) = blockOf(cube->middle_mm, cube->edges_mm, reach_mm);
+  if (config.cylinder) ring_ = ringOf(*config.cylinder, reach_mm);
   if (setter_) setter_for_stylus_ = grown(*setter_, {reach_mm, reach_mm, reach_mm});
   for (auto& ball : part_) ball.reach_mm = spindle_.ball_radius_mm + reach_mm;
   turnPart({});
@@ -102,7 +146,8 @@ std::optional<Meeting> Solids::meet(const Move& way, double from_mm, const std::
   Nearest nearest{way, from_mm};
   nearest.consider(metBy(way, setter_for_stylus_));
   nearest.consider(sphere_.meet(way));
-  for (std::size_t i = 0; i < plate_count_; ++i) nearest.consider(plates_[i].meet(way));
+  for (std::size_t i = 0; i < block_count_; ++i) nearest.consider(blocks_[i].meet(way));
+  if (ring_) nearest.consider(ring_->meet(way, from_mm));
   for (std::size_t i = 0; i < spindle_.balls_mm.size(); ++i) nearest.consider(part_[i].meet(way));
   if (!shank) return nearest.found;
   nearest.consider(shank->meet(way, sphere_.centre, sphere_radius_mm_));

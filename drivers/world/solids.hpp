@@ -52,6 +52,15 @@ struct SolidBlock {
   std::optional<Meeting> meet(const Move& way) const;
 };
 
+// Models a pin along Z, or a ring about a bore, grown by the stylus ball's radius; its edges are not rounded.
+struct SolidRing {
+  Vector3 middle{};
+  double inner_mm{}, outer_mm{}, half_height_mm{};  // already grown; inner 0: a pin
+
+  // The nearest place beyond `from_mm` where a way enters it.
+  std::optional<Meeting> meet(const Move& way, double from_mm) const;
+};
+
 // The datum sphere first.
 struct BallCentres {
   std::array<Vector3, 1 + board::WorldPartSpindle::kMostBalls> centres{};
@@ -95,8 +104,9 @@ class Solids {
   board::WorldTiltingTable table_;
   double sphere_radius_mm_;
   SolidBall sphere_;
-  std::array<SolidBlock, 2> plates_{};
-  std::size_t plate_count_{};
+  std::array<SolidBlock, 7> blocks_{};  // plates across X, Y, Z, and a cube
+  std::size_t block_count_{};
+  std::optional<SolidRing> ring_;
   std::array<SolidBall, board::WorldPartSpindle::kMostBalls> part_{};
   std::optional<board::WorldToolSetter> setter_;
   SolidBlock setter_for_stylus_;

@@ -37,7 +37,6 @@ struct Truth {
   Vector3 tau_s{};  // tau_machine - tau_probe, what the box can find: (A1)
   Vector3 sphere_centre_mm{};
   double effective_radius_mm{};   // datum sphere and stylus ball
-  double gap_mm{};                // between the plates
   Vector3 part_axis_point_mm{};   // a point of the rotary axis C
   Vector3 part_axis{};            // its direction, unit
   Vector3 table_axis_point_mm{};  // the same of the axis that the table tilts about

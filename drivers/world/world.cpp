@@ -88,7 +88,6 @@ Truth World::truth() const {
                .tau_s = config_.delays.tau_machine_s - Vector3{tau_probe_s, tau_probe_s, tau_probe_s},
                .sphere_centre_mm = config_.sphere.centre_mm,
                .effective_radius_mm = config_.sphere.radius_mm + config_.sphere.stylus_ball_radius_mm,
-               .gap_mm = config_.plates ? config_.plates->gap_mm : 0,
                .part_axis_point_mm = config_.part_spindle.point_mm,
                .part_axis = unit(config_.part_spindle.direction),
                .table_axis_point_mm = table.point_mm,

@@ -12,6 +12,8 @@
 #include "firmware/metrology/centreline/rim_steps.hpp"
 #include "firmware/metrology/centreline/spindle_offset.hpp"
 #include "firmware/metrology/delay/delay_contour.hpp"
+#include "firmware/metrology/delay/delay_cube.hpp"
+#include "firmware/metrology/delay/delay_cylinder.hpp"
 #include "firmware/metrology/delay/delay_feature.hpp"
 #include "firmware/metrology/delay/delay_in_out.hpp"
 #include "firmware/metrology/delay/delay_joints.hpp"
@@ -56,6 +58,8 @@ constexpr auto kMethods = std::to_array<const Method*>({
     &kCentrelineX,
     &kCornerFit,
     &kDelayContour,
+    &kDelayCube,
+    &kDelayCylinder,
     &kDelayFeature,
     &kDelayInOut,
     &kDelayJoints,

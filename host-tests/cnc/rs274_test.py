@@ -13,6 +13,8 @@ STYLUS, SPHERE, BALL = ["--stylus", "6"], ["--sphere", "25"], ["--ball", "40,0,2
 RUNS = {
     "delay-multi-speed": STYLUS + SPHERE + TOOL,
     "delay-plates": STYLUS + ["--gap", "26"] + TOOL,
+    "delay-cylinder": STYLUS + ["--bore", "30"] + TOOL,
+    "delay-cube": STYLUS + ["--cube", "20,24,18"] + TOOL,
     "delay-in-out": ["--speed", "20"] + STYLUS + SPHERE + TOOL,
     "delay-contour": ["--speed", "5", "--sphere", "50"] + STYLUS + TOOL,  # renews the mask of the probe
     "centreline": ["--angles", "5", "--c-axis", "0.5,0.25,0"] + STYLUS + SPHERE + BALL + TOOL,

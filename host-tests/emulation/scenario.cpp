@@ -159,6 +159,7 @@ world::ControllerConfig controllerOf(const world::Config& config) {
   auto& known = controller.known;
   known.part_spindle.balls_mm = config.part_spindle.balls_mm;
   known.part_spindle.further_mounts = config.part_spindle.further_mounts;
+  if (known.cylinder && config.cylinder) known.cylinder->wall_mm = config.cylinder->wall_mm;
   // And that a tool is one for turning.
   for (const auto& tool : config.further_tools) {
     const auto same = std::ranges::find(known.further_tools, tool.number, &board::WorldTool::number);

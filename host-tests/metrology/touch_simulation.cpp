@@ -53,7 +53,7 @@ class Contact {
         begins_s_{begins_s},
         ways_mm_{ways_mm},
         retract_{retract},
-        surface_{scene.centre_mm + scene.radius_mm * normal},
+        surface_{scene.centre_mm + scene.extent_mm(normal) * normal},
         in_{scene.clearance_mm + scene.overtravel_mm, speed, scene.acceleration_mm_s2, true},
         out_{2.0 * scene.clearance_mm + scene.overtravel_mm, speed, scene.acceleration_mm_s2, false},
         inverse_gain_{inverse(scene.gain)} {
@@ -112,7 +112,7 @@ class Contact {
 
  private:
   // The controller goes by the nominal sphere.
-  Vector3d drivenFrom() const { return scene_.centre_mm + scene_.radius_mm * normal_; }
+  Vector3d drivenFrom() const { return scene_.centre_mm + scene_.aim_mm + scene_.extent_mm(normal_) * normal_; }
   Vector3d surfaceAt(double t) const { return surface_ + (begins_s_ + t) / 60.0 * scene_.errors.drift_mm_min; }
   Vector3d stuckAt(double t) const { return stuck_ + (t - met_) / 60.0 * scene_.errors.drift_mm_min; }
   double depth(double t, const Vector3d& of) const { return normal_.dot(of - body(t)); }
@@ -217,6 +217,14 @@ void configure(Dataset& dataset, const Scene& scene) {
   if (scene.method == "delay-plates") {
     dataset.config["gap_mm"] = 2.0 * std::abs(scene.radius_mm) + (scene.radius_mm < 0.0 ? kStylusBall : -kStylusBall);
     dataset.config["stylus_ball_diameter_mm"] = kStylusBall;
+  } else if (scene.method == "delay-cylinder") {
+    dataset.config["diameter_mm"] =
+        2.0 * std::abs(scene.radius_mm) + (scene.radius_mm < 0.0 ? kStylusBall : -kStylusBall);
+    dataset.config["stylus_ball_diameter_mm"] = kStylusBall;
+  } else if (scene.method == "delay-cube") {
+    const Vector3d edges = 2.0 * scene.half_edges_mm.array() - kStylusBall;
+    dataset.config["edges_mm"] = std::vector<double>{edges.begin(), edges.end()};
+    dataset.config["stylus_ball_diameter_mm"] = kStylusBall;
   } else if (scene.method != "delay-multi-speed" && scene.method != "delay-in-out") {
     dataset.config["effective_diameter_mm"] = 2.0 * std::abs(scene.radius_mm);
   }
@@ -236,6 +244,22 @@ Scene plates() {
   scene.method = "delay-plates";
   scene.radius_mm = -21.0;
   scene.normals = {{-1, 0, 0}, {1, 0, 0}};
+  return scene;
+}
+
+Scene bore() {
+  Scene scene = knownSphere();
+  scene.method = "delay-cylinder";
+  scene.radius_mm = -12.0;
+  scene.normals.pop_back();
+  return scene;
+}
+
+Scene cube() {
+  Scene scene = knownSphere();
+  scene.method = "delay-cube";
+  scene.half_edges_mm = {13.0, 15.0, 12.0};
+  scene.aim_mm = {0.11, -0.13, 0.12};
   return scene;
 }
 

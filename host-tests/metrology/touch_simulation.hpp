@@ -29,8 +29,8 @@ struct Visit {
   double speed_mm_s;
 };
 
-// A machine that touches a datum sphere, or two parallel faces: motion, contact and both streams in time. It knows
-// nothing of windows or lines.
+// A machine that touches a datum sphere, two parallel faces, a bore or a cube: motion, contact and both streams in
+// time. It knows nothing of windows or lines.
 struct Scene {
   std::string method{"delay-multi-speed"};
   double machine_rate_hz{500.0};
@@ -51,6 +51,8 @@ struct Scene {
   std::vector<Eigen::Vector3d> normals{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}};
   double approach_rad{0.0};  // between drive and normal, in a random direction; the tip does not slide
   double radius_mm{15.5};    // effective; negative for touches from within, the normals pointing inwards
+  Eigen::Vector3d half_edges_mm{0.0, 0.0, 0.0};  // of a box in its place, effective
+  Eigen::Vector3d aim_mm{0.0, 0.0, 0.0};         // by which the drives go beside the middle, where surfaces are flat
   Eigen::Vector3d centre_mm{0.0, 0.0, 0.0};
   Eigen::Matrix3d gain{Eigen::Matrix3d::Identity()};  // A of (A3)
   // Of a machine with three joints: their positions for a place of the tip; the machine's rows then hold those.
@@ -64,12 +66,17 @@ struct Scene {
   double every_s{};             // from one touch to the next; 0: the time of each touch counts from its beginning
 
   double tau() const { return machine_delay_s - probe_delay_s; }
+  double extent_mm(const Eigen::Vector3d& normal) const {
+    return half_edges_mm.isZero() ? radius_mm : half_edges_mm.dot(normal.cwiseAbs());
+  }
   double tauOf(Eigen::Index axis) const { return tau() + more_delay_s[axis]; }
 };
 
 // A single speed, the size known, and what else the method says of its set-up.
 Scene knownSphere();
 Scene plates();
+Scene bore();
+Scene cube();  // with edges that differ, beside whose middles the drives go
 Scene perAxis();
 Scene nonNormal();
 // One point, without a dwell and a bounce.

@@ -86,7 +86,9 @@ std::optional<Dataset> touched(Scene& scene, const Errors& errors, Random& rando
   scene = simulation::shuffled(std::move(scene), random);
   put(errors, scene);
   Dataset dataset = simulation::measure(scene, random);
-  const auto* size = scene.method == "delay-plates" ? "gap_mm" : "effective_diameter_mm";
+  const auto* size = scene.method == "delay-plates"                       ? "gap_mm"
+                     : dataset.config.contains("stylus_ball_diameter_mm") ? "stylus_ball_diameter_mm"
+                                                                          : "effective_diameter_mm";
   if (errors.has(Err::wrong_ball)) {
     if (!dataset.config.contains(size)) return std::nullopt;
     misstate(dataset, size, errors);
@@ -271,6 +273,8 @@ std::span<const World> worldsOfTouches() {
       {"delay-known-sphere, one speed", atOneSpeed<simulation::knownSphere>, true},
       {"delay-plates", atTwoSpeeds<simulation::plates>},
       {"delay-plates, one speed", atOneSpeed<simulation::plates>},
+      {"delay-cylinder", atTwoSpeeds<simulation::bore>},
+      {"delay-cube", atTwoSpeeds<simulation::cube>},
       {"delay-per-axis", atTwoSpeeds<simulation::perAxis>, true},
       {"delay-per-axis, one speed", atOneSpeed<simulation::perAxis>, true},
       {"delay-non-normal", atTwoSpeeds<simulation::nonNormal>, true},

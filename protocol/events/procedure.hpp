@@ -88,8 +88,8 @@ struct ProcedureOptions {
     field("angles", self.angles, "how many angles of C, for the first two of these; 0: the method's own");
     field("balls", self.balls, "how many balls of the rotating part, for c-axis-alignment; 0: the method's own");
     field("axis", self.axis,
-          "1 X, 2 Y, 3 Z: whose screw, for screw-calibration and screw-reference; 5 B, 6 C (0: C): for "
-          "rotary-axis-errors");
+          "1 X, 2 Y, 3 Z: whose screw, for screw-calibration and screw-reference; across which the faces stand, for "
+          "delay-plates (0: the first that has plates); 5 B, 6 C (0: C): for rotary-axis-errors");
     field("turns", self.turns, "whole turns of the screw, for screw-calibration; 0: the method's own");
     field("tool", self.tool,
           "number of the tool, for tool-setter and tool-assembly; of the one that carries the probe, for pre-travel");

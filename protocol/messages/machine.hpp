@@ -244,7 +244,10 @@ struct DescribeMachine {
     double deflections_hz{};
     DelayInForce delay{};
     SphereInUse sphere{};
-    double gap_mm{};
+    std::array<double, 3> gaps_mm{};
+    double cylinder_diameter_mm{};
+    bool cylinder_inside{};
+    std::array<double, 3> cube_edges_mm{};
     double sigma_c_rad{};
     std::vector<TiltInUse> table{};
     std::vector<TiltInUse> head{};
@@ -270,7 +273,10 @@ struct DescribeMachine {
       field("deflections_hz", self.deflections_hz, "1/s, deflections that arrived in it");
       field("delay", self.delay, "the system delay in force");
       field("sphere", self.sphere, "the datum sphere; diameter 0 for none");
-      field("gap_mm", self.gap_mm, "mm, between the datum plates; 0 for none");
+      field("gaps_mm", self.gaps_mm, "mm, between the datum plates across X, Y, Z; 0 for none");
+      field("cylinder_diameter_mm", self.cylinder_diameter_mm, "mm, of the datum cylinder; 0 for none");
+      field("cylinder_inside", self.cylinder_inside, "1 for a bore, touched from within");
+      field("cube_edges_mm", self.cube_edges_mm, "mm, along X Y Z, of the datum cube; 0 for none");
       field("sigma_c_rad", self.sigma_c_rad, "rad, sd of an angle of the rotary axis C");
       field("table", self.table, "the tilting table; none or one");
       field("head", self.head, "the swivelling head; none or one");

@@ -33,8 +33,12 @@ std::optional<Vector> targetOf(const StepNow& step, const KnownFeatures& known) 
   if (step.feature == StepFeature::datum_sphere) {
     reach_mm.fill(known.sphere_reach_mm);
   } else if (step.feature == StepFeature::plates) {
-    // The plates stand about the stylus: their normals point inwards.
-    reach_mm.fill(-known.gap_reach_mm);
+    for (std::size_t axis = 0; axis < kLinearAxes; ++axis)
+      if (step.outward_normal[axis] != 0) reach_mm[axis] = known.plates_reach_mm[axis];
+  } else if (step.feature == StepFeature::cylinder) {
+    reach_mm = {known.cylinder_reach_mm, known.cylinder_reach_mm, 0};
+  } else if (step.feature == StepFeature::cube) {
+    reach_mm = known.cube_reach_mm;
   } else if (step.feature == StepFeature::tool_setter && known.has_setter) {
     // A tool ends at its tip, the probe at the centre of its ball.
     for (std::size_t axis = 0; axis < kLinearAxes; ++axis)
@@ -169,7 +173,9 @@ constexpr std::array kProcedureRegisters = std::to_array<Register>({
      "no step is to be done",
      of<&Snapshot::step, &StepNow::kind>},
     {address::step_feature, "step: feature", u16, 1, "", read,
-     "0 datum sphere, 1 plates, 2 ball on the part, 3 tool-setting device", of<&Snapshot::step, &StepNow::feature>},
+     "0 datum sphere, 1 plates across the axis of the normal, 2 ball on the part, 3 tool-setting device, 4 datum "
+     "cylinder, 5 datum cube",
+     of<&Snapshot::step, &StepNow::feature>},
     {854, "step: side", u16, 1, "", read,
      "1 +X, 2 -X, 3 +Y, 4 -Y, 5 +Z, 6 -Z: the machine axis next to the normal of register 864", side},
     {address::step_ball, "step: ball", u16, 1, "", read, "of the part, from 1; 0 for another feature",

@@ -39,7 +39,11 @@ struct ControllerRequestState {
 // Sizes and places of features, from the descriptions and results in force.
 struct KnownFeatures {
   double sphere_reach_mm{};  // from the centre of the datum sphere to that of the stylus' ball at contact; 0: unknown
-  double gap_reach_mm{};     // from the middle between the plates likewise
+  // Likewise from the middle of the plates across X, Y, Z, of the datum cylinder, and of the datum cube along X, Y, Z;
+  // negative where surfaces look inwards.
+  std::array<double, 3> plates_reach_mm{};
+  double cylinder_reach_mm{};
+  std::array<double, 3> cube_reach_mm{};
   double stylus_radius_mm{};
   std::array<double, 3> setter_half_width_mm{};
   bool has_setter{};

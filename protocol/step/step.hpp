@@ -36,7 +36,14 @@ enum class StepKind : std::uint8_t {
 };
 
 // The feature that is touched.
-enum class StepFeature : std::uint8_t { datum_sphere = 0, plates = 1, part_ball = 2, tool_setter = 3 };
+enum class StepFeature : std::uint8_t {
+  datum_sphere = 0,
+  plates = 1,  // two parallel ones, from between
+  part_ball = 2,
+  tool_setter = 3,
+  cylinder = 4,  // along Z: a pin from around, a bore from within
+  cube = 5,
+};
 
 // The part that B moves: the table with the part, or the head with the probe.
 enum class BMoves : std::uint8_t { nothing = 0, table = 1, head = 2 };
@@ -56,7 +63,7 @@ constexpr std::string_view nameOf(StepKind kind) {
   return detail::nameIn({"touch", "in_out", "jog", "sweep", "hold", "rest", "scan", "turn"}, kind);
 }
 constexpr std::string_view nameOf(StepFeature feature) {
-  return detail::nameIn({"datum_sphere", "plates", "part_ball", "tool_setter"}, feature);
+  return detail::nameIn({"datum_sphere", "plates", "part_ball", "tool_setter", "cylinder", "cube"}, feature);
 }
 constexpr std::string_view nameOf(BMoves moves) {
   return detail::nameIn({"nothing", "table", "head"}, moves);
@@ -96,8 +103,8 @@ struct Step {
           "rest_s, 6 scan: in contact all the way around a ball, 7 turn: stand beside the line and "
           "turn C until the ball touches, and back");
     field("feature", self.feature,
-          "what to touch: 0 the datum sphere, 1 the plates, 2 a ball of the rotating part, "
-          "3 the tool-setting device");
+          "what to touch: 0 the datum sphere, 1 the plates across the axis of the normal, 2 a ball of the rotating "
+          "part, 3 the tool-setting device, 4 the datum cylinder, 5 the datum cube");
     field("ball", self.ball, "which ball of the rotating part, from 1; 0 for another feature");
     field("turns", self.turns, "1 when the rotary axes have to stand at the angles below");
     field("rotary_angles_rad", self.rotary_angles_rad,

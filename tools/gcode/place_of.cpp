@@ -76,9 +76,14 @@ Place aroundSetter(const Step& step, const Setting& setting) {
 
 Place whereItIs(const Step& step, const Setting& setting) {
   if (step.feature == Feature::tool_setter) return aroundSetter(step, setting);
-  if (step.feature == Feature::plates) {
-    const double half = (*setting.gap_mm - *setting.stylus_diameter_mm) / 2;
+  if (step.feature == Feature::plates || step.feature == Feature::cylinder) {
+    const double size_mm = step.feature == Feature::plates ? *setting.gap_mm : *setting.bore_mm;
+    const double half = (size_mm - *setting.stylus_diameter_mm) / 2;
     return {Place::Shape::gap, setting.at_mm, 0, Vector3d::Constant(half)};
+  }
+  if (step.feature == Feature::cube) {
+    const Vector3d half = (setting.cube_mm->array() + *setting.stylus_diameter_mm) / 2;
+    return {Place::Shape::block, setting.at_mm, half.norm() + setting.keep_off_mm, half};
   }
   const Vector3d centre = step.feature == Feature::part_ball ? ballOf(step, setting) : setting.at_mm;
   // A sensor head comes over its ball from above.
@@ -168,7 +173,18 @@ std::optional<Error> whyUnknown(const Step& step, const Setting& setting) {
   if (by_tool && !setting.tool_diameter_mm) return missing("the tool's width", "--tool-diameter MM");
   switch (step.feature) {
     case Feature::plates:
+      if (step.touch.outward_normal[2] != 0)
+        return Error{
+            "Plates across Z are reached from the side, below the upper one, where a program does not know what is in "
+            "the way: let the control read its steps from the box (docs/integrator.md)."};
       return setting.gap_mm ? std::nullopt : std::optional{missing("the gap", "--gap MM")};
+    case Feature::cylinder:
+      return setting.bore_mm ? std::nullopt
+                             : std::optional{missing("the bore",
+                                                     "--bore MM; a pin, whose height it does not know, is "
+                                                     "touched from the steps of the box")};
+    case Feature::cube:
+      return setting.cube_mm ? std::nullopt : std::optional{missing("the cube", "--cube X,Y,Z, its edges")};
     case Feature::tool_setter:
       return setting.setter_width_mm ? std::nullopt : std::optional{missing("the setter's width", "--setter MM")};
     case Feature::part_ball:

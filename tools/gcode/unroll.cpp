@@ -146,6 +146,8 @@ std::optional<Error> whyTooFar(std::size_t index, const Step& step, const Settin
                  " mm: choose less --overtravel, or give deflection_limit_mm of probe.toml as --deflection-limit."};
   if (step.feature == procedure::Feature::plates)
     return procedure::whyTooNarrow(*setting.gap_mm, *setting.stylus_diameter_mm, step.clearance_mm);
+  if (step.feature == procedure::Feature::cylinder)
+    return procedure::whyTooNarrow(*setting.bore_mm, *setting.stylus_diameter_mm, step.clearance_mm);
   return std::nullopt;
 }
 

@@ -142,7 +142,7 @@ std::vector<Wanted> candidates(const Wanted& given) {
   const bool holds = options.head || method->kind == procedure::Kind::hold;
   const bool reads_balls = method->finds_a_place && !method->takes_tool;
   std::vector<Wanted> all{given};
-  if (options.speed_count == 0 && !holds && !reads_balls && !method->takes_axis) {
+  if (options.speed_count == 0 && !holds && !reads_balls && !method->of_screw) {
     spread(all, speedSets(*method), [](Wanted& wanted, const std::vector<double>& speeds) {
       wanted.options.speed_count = static_cast<std::uint8_t>(speeds.size());
       std::ranges::copy(speeds, wanted.options.speeds_mm_s.begin());

@@ -25,8 +25,11 @@ struct SetUp {
   double sd_pre_travel_um{0.15};  // sd of each component of its pre-travel in force, where none of these is
   std::vector<procedure::PreTravel> pre_travels{};  // of all parts 0, because the simulated switch has none to take out
 
-  double sphere_diameter_mm{25};  // of the datum sphere, and of a ball of the part
-  double gap_mm{26};              // between the plates
+  double sphere_diameter_mm{25};              // of the datum sphere, and of a ball of the part
+  std::array<double, 3> gaps_mm{26, 26, 26};  // between the plates across X, Y, Z
+  double cylinder_diameter_mm{30};
+  bool cylinder_inside{true};
+  std::array<double, 3> cube_edges_mm{20, 20, 20};
   double stylus_ball_diameter_mm{6};
   // Certificates (k = 1), as a run states them: common to all touches, so no reading scatters by them. 0: exact.
   double sd_sphere_diameter_mm{};

@@ -141,7 +141,11 @@ procedure::Facts factsOf(const SetUp& set_up, std::uint32_t tool) {
   procedure::Facts facts{
       .has_y = set_up.has_y,
       .sphere_diameter_mm = set_up.sphere_diameter_mm,
-      .gap_mm = set_up.gap_mm,
+      .gaps = {{procedure::KnownSize{set_up.gaps_mm[0]}, procedure::KnownSize{set_up.gaps_mm[1]},
+                procedure::KnownSize{set_up.gaps_mm[2]}}},
+      .datum_cylinder =
+          procedure::DatumCylinder{.diameter = {set_up.cylinder_diameter_mm}, .inside = set_up.cylinder_inside},
+      .datum_cube = procedure::DatumCube{.edges_mm = set_up.cube_edges_mm},
       .stylus_ball_diameter_mm = set_up.stylus_ball_diameter_mm,
       .sigma_c_rad = set_up.sigma_c_rad,
       .accuracy = set_up.accuracy,

@@ -309,7 +309,13 @@ Vector3d SimulatedRecording::surfaceOf(const procedure::Step& step) const {
     case procedure::Feature::part_ball:
       return ballOf(step) + reach_mm * n - tipOf(step);
     case procedure::Feature::plates:
-      return -(set_up_.gap_mm - set_up_.stylus_ball_diameter_mm) / 2 * n;
+      return -(set_up_.gaps_mm.at(axisAlong(n)) - set_up_.stylus_ball_diameter_mm) / 2 * n;
+    case procedure::Feature::cylinder: {
+      const double side = set_up_.cylinder_inside ? -1 : 1;
+      return (side * set_up_.cylinder_diameter_mm + set_up_.stylus_ball_diameter_mm) / 2 * n;
+    }
+    case procedure::Feature::cube:
+      return (set_up_.cube_edges_mm.at(axisAlong(n)) + set_up_.stylus_ball_diameter_mm) / 2 * n;
     case procedure::Feature::tool_setter:
       return setterFaceOf(step);
   }

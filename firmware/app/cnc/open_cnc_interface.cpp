@@ -155,7 +155,15 @@ published::KnownFeatures knownFeatures(const procedure::Facts& facts) {
   published::KnownFeatures known;
   known.stylus_radius_mm = facts.stylus_ball_diameter_mm / 2;
   if (facts.sphere_diameter_mm) known.sphere_reach_mm = *facts.sphere_diameter_mm / 2 + known.stylus_radius_mm;
-  if (facts.gap_mm) known.gap_reach_mm = *facts.gap_mm / 2 - known.stylus_radius_mm;
+  // Plates and the wall of a bore stand about the stylus: their normals point inwards.
+  const auto within = [&](double size_mm) { return known.stylus_radius_mm - size_mm / 2; };
+  const auto around = [&](double size_mm) { return known.stylus_radius_mm + size_mm / 2; };
+  for (std::size_t axis = 0; axis < kLinearAxes; ++axis) {
+    if (const auto& gap = facts.gaps[axis]) known.plates_reach_mm[axis] = within(gap->mm);
+    if (const auto& cube = facts.datum_cube) known.cube_reach_mm[axis] = around(cube->edges_mm[axis]);
+  }
+  if (const auto& cylinder = facts.datum_cylinder)
+    known.cylinder_reach_mm = cylinder->inside ? within(cylinder->diameter.mm) : around(cylinder->diameter.mm);
   if (!facts.tool_setter) return known;
   known.has_setter = true;
   known.has_setter_place = facts.tool_setter->accepted_mm.has_value();

@@ -1,30 +1,16 @@
 #include "firmware/metrology/delay/delay_plates.hpp"
 
-#include <array>
 #include <cmath>
 #include <optional>
 #include <string>
 
-#include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/delay/delay_method.hpp"
+#include "firmware/metrology/delay/known_size.hpp"
 #include "firmware/metrology/touch/one_speed.hpp"
 #include "firmware/metrology/touch/touch_delay.hpp"
 
 namespace probebox::metrology {
 namespace {
-
-constexpr std::array<std::string_view, 2> kFeatures{"internal", "external"};
-
-// Between the faces the normals point towards each other.
-bool facesEachOther(const std::vector<Touch>& touches) {
-  const Eigen::Vector3d& normal = touches.front().plan.normal;
-  double towards = 0.0;
-  for (const auto& touch : touches) {
-    const Eigen::Vector3d apart = touch.machine.values.row(0) - touches.front().machine.values.row(0);
-    towards += touch.plan.normal.dot(normal) < 0.0 ? apart.dot(normal) : 0.0;
-  }
-  return towards > 0.0;
-}
 
 std::optional<Refusal> notOpposed(const std::vector<Touch>& touches) {
   for (const auto& touch : touches) {
@@ -39,23 +25,11 @@ std::optional<Refusal> notOpposed(const std::vector<Touch>& touches) {
 }  // namespace
 
 Outcome<Result, Refusal> solveDelayPlates(const Dataset& dataset) {
-  TRY(const auto gap, requiredPositive(dataset, "gap_mm"));
-  TRY(const auto ball, requiredPositive(dataset, "stylus_ball_diameter_mm"));
-  TRY(const auto feature, configWord(dataset, "feature", kFeatures));
   TRY(const auto touches, readTouches(dataset));
   if (auto refusal = notOpposed(touches)) return *refusal;
-  const bool internal = feature ? *feature == "internal" : facesEachOther(touches);
-  const double size_mm = internal ? gap - ball : gap + ball;
-  if (size_mm <= 0.0) {
-    return Refusal{"bad-config", "the stylus ball (" + text(ball) + " mm) does not fit into the gap (" + text(gap) +
-                                     " mm): check gap_mm and stylus_ball_diameter_mm"};
-  }
+  TRY(const auto size_mm, effectiveSize(dataset, touches, "gap_mm"));
   TRY(const auto measured, TouchDelay::measure(dataset, {.size_mm = size_mm}));
-  Result result = measured.report();
-  result.estimates.push_back(measured.delay());
-  result.covariance = measured.covarianceOf(result.estimates);
-  if (auto refusal = measured.addSizeCheck(result)) return *refusal;
-  return result;
+  return measured.delayAlone();
 }
 
 namespace {

@@ -253,7 +253,8 @@ std::optional<Estimate> TouchDelay::staticError(double stated_mm) const {
 Outcome<std::optional<std::string>, Refusal> TouchDelay::whyNotAsStated(const Estimate& error) const {
   constexpr double kMost_sd = 4, kUnstated_mm = 0.01;
   double variance = 0;
-  for (const auto* key : {"sd_effective_diameter_mm", "sd_gap_mm", "sd_stylus_ball_diameter_mm"}) {
+  for (const auto* key :
+       {"sd_effective_diameter_mm", "sd_gap_mm", "sd_diameter_mm", "sd_edge_mm", "sd_stylus_ball_diameter_mm"}) {
     TRY(const auto sd, configPositive(*dataset_, key));
     variance += sd.value_or(0) * sd.value_or(0);
   }
@@ -351,6 +352,14 @@ Covariance TouchDelay::covarianceOf(std::span<const Estimate> estimates) const {
   const Eigen::MatrixXd chosen = whole(rows, rows) * widening();
   for (const double entry : chosen.reshaped<Eigen::RowMajor>()) covariance.values.push_back(entry);
   return covariance;
+}
+
+Outcome<Result, Refusal> TouchDelay::delayAlone() const {
+  Result result = report();
+  result.estimates.push_back(delay());
+  result.covariance = covarianceOf(result.estimates);
+  if (auto refusal = addSizeCheck(result)) return *refusal;
+  return result;
 }
 
 Outcome<Result, Refusal> TouchDelay::onSphere() const {

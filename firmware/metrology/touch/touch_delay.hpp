@@ -28,6 +28,8 @@ class TouchDelay {
   Result report() const;
   // Adds delay and centre, and gain matrix, size and what addSizeCheck adds. Refuses what that does.
   Outcome<Result, Refusal> onSphere() const;
+  // The delay alone, and what addSizeCheck adds. Refuses what that does.
+  Outcome<Result, Refusal> delayAlone() const;
   // Adds what the touches say of a stated size, and the lost motion, where they tell them. Refuses: bad-config.
   std::optional<Refusal> addSizeCheck(Result& result) const;
 

@@ -119,7 +119,7 @@ Eigen::Matrix4d TouchModel::covariance(Index i, const VectorXd& at) const {
   const auto& probe = touch(i).probe;
   const Matrix3d of_machine = covarianceOf(noiseOf(i).machine, machine.slope);
   const Matrix3d of_probe = deflectionCovariance(i, at);
-  const Vector3d n = span_ * arm(point(i, at), at).normalized();
+  const Vector3d n = span_ * outwards(i, point(i, at), at);
   // The radial residual holds the velocity with the lever of the extrapolation and of the delay.
   const Vector3d lever = velocityShare(i, at).transpose() * n + (pointTime(i) - machine.t_mean) * n;
   const auto& [of_position, of_deflection, rounded] = noiseOf(i);
@@ -221,7 +221,8 @@ Outcome<VectorXd, Refusal> TouchModel::start() const {
   MatrixXd slopes{size(), channels_.cols()};
   MatrixXd velocities{size(), 3};
   for (Index i = 0; i < size(); ++i) {
-    points.row(i) = (span_.transpose() * separationPoint(touch(i).machine, touch(i).probe)).transpose();
+    const Vector3d inwards = question_.shape.beyond_mm(touch(i).plan.normal) * touch(i).plan.normal;
+    points.row(i) = (span_.transpose() * (separationPoint(touch(i).machine, touch(i).probe) - inwards)).transpose();
     slopes.row(i) = (channels_.transpose() * touch(i).probe.slope).transpose();
     velocities.row(i) = touch(i).machine.slope.transpose();
   }
@@ -271,10 +272,10 @@ Linearised TouchModel::operator()(const VectorXd& at) const {
     const auto& probe = touch(i).probe;
     Eigen::Vector4d residual = Eigen::Vector4d::Zero();
     MatrixXd jacobian = MatrixXd::Zero(4, parameters());
-    const VectorXd from_centre = arm(point(i, at), at);
-    const Vector3d n = span_ * from_centre.normalized();
-    residual[3] = from_centre.norm() - radius(at);
-    jacobian.row(3).head(dimensions()) = -from_centre.normalized().transpose();
+    const VectorXd outward = outwards(i, point(i, at), at);
+    const Vector3d n = span_ * outward;
+    residual[3] = off_mm(i, point(i, at), at);
+    jacobian.row(3).head(dimensions()) = -outward.transpose();
     if (!question_.size_mm) jacobian(3, dimensions()) = -1.0;
     jacobian.row(3).segment(tauAt(), question_.delayCount()) =
         n.transpose() * dPointPerDelay(touch(i), question_, pointTime(i), delays(at));
@@ -296,14 +297,14 @@ Linearised TouchModel::operator()(const VectorXd& at) const {
 
 VectorXd TouchModel::radial(const VectorXd& at) const {
   VectorXd residuals{size()};
-  for (Index i = 0; i < size(); ++i) residuals[i] = arm(point(i, at), at).norm() - radius(at);
+  for (Index i = 0; i < size(); ++i) residuals[i] = off_mm(i, point(i, at), at);
   return residuals;
 }
 
 VectorXd TouchModel::normalSpeed(const VectorXd& at) const {
   VectorXd speeds{size()};
   for (Index i = 0; i < size(); ++i) {
-    speeds[i] = touch(i).machine.slope.dot(span_ * arm(point(i, at), at).normalized());
+    speeds[i] = touch(i).machine.slope.dot(span_ * outwards(i, point(i, at), at));
   }
   return speeds;
 }
@@ -312,7 +313,7 @@ VectorXd TouchModel::radialAtApex(const VectorXd& at) const {
   VectorXd residuals{size()};
   for (Index i = 0; i < size(); ++i) {
     const Vector3d tip = touch(i).machine_apex + reach(i, touch(i).probe_apex, at);
-    residuals[i] = arm(tip, at).norm() - radius(at);
+    residuals[i] = off_mm(i, tip, at);
   }
   return residuals;
 }

@@ -7,6 +7,7 @@
 #include "firmware/metrology/fit/least_squares.hpp"
 #include "firmware/metrology/touch/retract.hpp"
 #include "firmware/metrology/touch/touch_noise.hpp"
+#include "firmware/metrology/touch/touched_shape.hpp"
 #include "protocol/units/outcome.hpp"
 
 namespace probebox::metrology {
@@ -23,8 +24,9 @@ enum class Delays { common, each_axis, each_joint };
 // The unknowns of a fit, and the known quantities.
 struct TouchQuestion {
   Delays delays{Delays::common};
-  std::optional<double> size_mm{};  // effective, 2 R; fitted if absent
-  double lost_mm{};                 // lost motion of the axes, where one speed does not tell it
+  std::optional<double> size_mm{};  // effective, 2 R, of a box the mean of its edges; fitted if absent
+  TouchedShape shape{};
+  double lost_mm{};  // lost motion of the axes, where one speed does not tell it
   Gain gain{Gain::common};
   const Kinematics* kinematics{};  // for non-Cartesian machines; must outlive the question
 
@@ -90,6 +92,13 @@ class TouchModel {
   // Machine time at which the point is evaluated.
   double pointTime(Eigen::Index i) const;
   Eigen::Vector3d point(Eigen::Index i, const Eigen::VectorXd& at) const;
+  // From the centre to a point at the surface of a touch, outwards and beyond the surface.
+  Eigen::VectorXd outwards(Eigen::Index i, const Eigen::Vector3d& point, const Eigen::VectorXd& at) const {
+    return question_.shape.outwards(arm(point, at), span_.transpose() * touch(i).plan.normal);
+  }
+  double off_mm(Eigen::Index i, const Eigen::Vector3d& point, const Eigen::VectorXd& at) const {
+    return outwards(i, point, at).dot(arm(point, at)) - radius(at) - question_.shape.beyond_mm(touch(i).plan.normal);
+  }
   Eigen::VectorXd arm(const Eigen::Vector3d& point, const Eigen::VectorXd& at) const {
     return span_.transpose() * point - at.head(dimensions());
   }

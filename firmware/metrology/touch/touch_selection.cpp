@@ -360,6 +360,7 @@ KeptTouches keptOf(const AgreedTouches& agreed, std::span<const Touch> recorded,
   KeptTouches kept;
   const auto count = static_cast<Eigen::Index>(agreed.retracts.size());
   kept.question.lost_mm = question.lost_mm;
+  kept.question.shape = question.shape;
   kept.question.carried.resize(count, question.delayCount());
   for (Eigen::Index i = 0; i < count; ++i) {
     const Retract& retract = agreed.retracts[static_cast<std::size_t>(i)];

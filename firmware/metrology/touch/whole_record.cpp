@@ -256,7 +256,7 @@ class TouchesOfRun {
 class Agreement {
  public:
   Agreement(const std::vector<WholeTouch>& touches, MatrixXd carried, const WholeRecordQuestion& question)
-      : touches_{touches}, carried_{std::move(carried)}, lost_mm_{question.lost_mm} {
+      : touches_{touches}, carried_{std::move(carried)}, lost_mm_{question.lost_mm}, shape_{question.shape} {
     MatrixXd normals{std::ssize(touches), 3};
     for (Index i = 0; i < normals.rows(); ++i) normals.row(i) = touch(i).plan.normal.transpose();
     span_ = spanOf(normals);
@@ -273,10 +273,23 @@ class Agreement {
   Index radiusAt() const { return centreAt() + dimensions(); }
   Index parameters() const { return radiusAt() + 2; }  // radius and bend
   const MatrixXd& span() const { return span_; }
+  VectorXd armOf(const WholeTouch& one, const VectorXd& at) const {
+    return span_.transpose() * one.surface - at.segment(centreAt(), dimensions());
+  }
+  VectorXd outwards(const WholeTouch& one, const VectorXd& at) const {
+    return shape_.outwards(armOf(one, at), span_.transpose() * one.plan.normal);
+  }
+  // Distance of the touched place from the fitted surface, mm.
+  double off_mm(const WholeTouch& one, const VectorXd& at) const {
+    return outwards(one, at).dot(armOf(one, at)) - at[radiusAt()] - shape_.beyond_mm(one.plan.normal);
+  }
 
   std::optional<VectorXd> start() const {
     MatrixXd points{std::ssize(touches_), dimensions()};
-    for (Index i = 0; i < points.rows(); ++i) points.row(i) = (span_.transpose() * touch(i).surface).transpose();
+    for (Index i = 0; i < points.rows(); ++i) {
+      const Eigen::Vector3d& normal = touch(i).plan.normal;
+      points.row(i) = (span_.transpose() * (touch(i).surface - shape_.beyond_mm(normal) * normal)).transpose();
+    }
     VectorXd at = VectorXd::Zero(parameters());
     double tau = 0.0;
     double count = 0.0;
@@ -299,13 +312,12 @@ class Agreement {
       const WholeTouch& one = touch(i);
       Eigen::Vector3d off;
       MatrixXd rows = MatrixXd::Zero(3, parameters());
-      const VectorXd arm = span_.transpose() * one.surface - at.segment(centreAt(), dimensions());
-      const VectorXd direction = arm.normalized();
+      const VectorXd direction = outwards(one, at);
       const double seen = direction.dot(span_.transpose() * one.plan.retract);
       const double apparent =
           (carried_.row(i) * at.head(delays()) + lost_.row(i) * at.segment(delays(), lost())).value() + known_[i];
       off[0] = one.has_way_in ? one.tau_s() - apparent : 0.0;
-      off[1] = arm.norm() - at[radiusAt()];
+      off[1] = off_mm(one, at);
       off[2] = one.values[3] - at[parameters() - 1];
       rows.block(1, centreAt(), 1, dimensions()) = -direction.transpose();
       rows(1, radiusAt()) = -1.0;
@@ -392,6 +404,7 @@ class Agreement {
   const std::vector<WholeTouch>& touches_;
   MatrixXd carried_;
   double lost_mm_;
+  TouchedShape shape_;
   VectorXd known_;  // apparent delay of each touch by lost motion that is known
   MatrixXd span_;
   MatrixXd lost_;
@@ -490,8 +503,7 @@ Outcome<WholeRecord, Refusal> fitWholeRecord(std::span<const Touch> touches, con
   std::size_t readings = 0;
   for (std::size_t i = 0; i < result.touches.size(); ++i) {
     const WholeTouch& one = result.touches[i];
-    const VectorXd arm = agreement.span().transpose() * one.surface - at.segment(agreement.centreAt(), n);
-    result.off_mm[rows[i]] = arm.norm() - at[agreement.radiusAt()];
+    result.off_mm[rows[i]] = agreement.off_mm(one, at);
     result.worst[static_cast<std::size_t>(rows[i])] =
         fit->residuals.segment<3>(3 * static_cast<Index>(i)).cwiseAbs().maxCoeff();
     readings += 1U + (one.has_way_in ? 1U : 0U) + (common_bend ? 1U : 0U);

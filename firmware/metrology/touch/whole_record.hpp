@@ -8,6 +8,7 @@
 
 #include "firmware/metrology/dataset/result.hpp"
 #include "firmware/metrology/touch/touch.hpp"
+#include "firmware/metrology/touch/touched_shape.hpp"
 #include "firmware/metrology/touch/whole_touch.hpp"
 #include "protocol/units/outcome.hpp"
 
@@ -25,6 +26,7 @@ namespace probebox::metrology {
 struct WholeRecordQuestion {
   Eigen::MatrixXd carried;
   double lost_mm{};  // known lost motion of every axis, where one speed does not tell it
+  TouchedShape shape{};
 };
 
 struct WholeRecord {

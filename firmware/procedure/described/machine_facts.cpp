@@ -184,6 +184,27 @@ std::optional<SphereTemperature> sphereTemperature(const board::Machine& machine
       .celsius = stated->celsius, .sd_k = stated->sd_k, .expansion_per_k = stated->expansion_per_k};
 }
 
+std::array<std::optional<KnownSize>, kLinearAxes> gaps(const board::Machine& machine) {
+  std::array<std::optional<KnownSize>, kLinearAxes> all;
+  for (std::size_t axis = 0; axis < all.size(); ++axis) {
+    if (const auto& plates = machine.datum_plates.at(axis)) all.at(axis) = {plates->gap_mm, plates->sd_gap_mm};
+  }
+  return all;
+}
+
+std::optional<DatumCylinder> datumCylinder(const board::Machine& machine) {
+  const auto& described = machine.datum_cylinder;
+  if (!described) return std::nullopt;
+  return DatumCylinder{.diameter = {described->diameter_mm, described->sd_diameter_mm},
+                       .inside = described->touched == board::CylinderDescription::Touched::inside};
+}
+
+std::optional<DatumCube> datumCube(const board::Machine& machine) {
+  const auto& described = machine.datum_cube;
+  if (!described) return std::nullopt;
+  return DatumCube{.edges_mm = described->edges_mm, .sd_edge_mm = described->sd_edge_mm};
+}
+
 std::vector<Requirement> requirements(const board::Machine& machine) {
   std::vector<Requirement> all;
   for (const auto& one : machine.requirements) all.push_back({one.subject, one.limit_um, one.limit_us, one.limit_urad});
@@ -198,8 +219,9 @@ Facts factsOf(const board::Machine& machine) {
           .sd_sphere_diameter_mm = sdOfSphere_mm(machine),
           .sphere_certificate = sphereCertificate(machine),
           .sphere_temperature = sphereTemperature(machine),
-          .gap_mm = machine.datum_gap_mm,
-          .sd_gap_mm = machine.datum_gap_sd_mm,
+          .gaps = gaps(machine),
+          .datum_cylinder = datumCylinder(machine),
+          .datum_cube = datumCube(machine),
           .sigma_c_rad = machine.sigma_c_rad,
           .accuracy = machine.accuracy,
           .screws = screwFacts(machine),

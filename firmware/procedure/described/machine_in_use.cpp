@@ -118,7 +118,13 @@ messages::DescribeMachine::Answer machineInUse(const Facts& facts) {
   messages::DescribeMachine::Answer answer;
   answer.has_y = facts.has_y;
   answer.sphere = sphereInUse(facts);
-  answer.gap_mm = facts.gap_mm.value_or(0);
+  for (std::size_t axis = 0; axis < facts.gaps.size(); ++axis)
+    answer.gaps_mm[axis] = facts.gaps[axis].value_or(KnownSize{}).mm;
+  if (const auto& cylinder = facts.datum_cylinder) {
+    answer.cylinder_diameter_mm = cylinder->diameter.mm;
+    answer.cylinder_inside = cylinder->inside;
+  }
+  if (facts.datum_cube) answer.cube_edges_mm = facts.datum_cube->edges_mm;
   answer.sigma_c_rad = facts.sigma_c_rad;
   if (facts.tilting_table) answer.table.push_back(tiltInUse(*facts.tilting_table));
   if (facts.swivel_head) answer.head.push_back(headInUse(*facts.swivel_head));

@@ -201,6 +201,24 @@ struct SphereTemperature {
   double expansion_per_k{};
 };
 
+// A certified length, and its sd (k = 1) where that is stated.
+struct KnownSize {
+  double mm{};
+  std::optional<double> sd_mm{};
+};
+
+// A pin along Z, touched from around, or a bore, from within.
+struct DatumCylinder {
+  KnownSize diameter;
+  bool inside{};
+};
+
+// A block with faces across the axes.
+struct DatumCube {
+  std::array<double, 3> edges_mm{};
+  std::optional<double> sd_edge_mm{};
+};
+
 // An error of the machine as a check of it has found it, which goes before the stated one.
 struct MeasuredError {
   const MachineAccuracy::Key* error{};  // one of kMachineErrors
@@ -220,9 +238,10 @@ struct Facts {
   std::optional<double> sd_sphere_diameter_mm{};  // k = 1: of the certificate, else as stated
   std::optional<SphereCertificate> sphere_certificate{};
   std::optional<SphereTemperature> sphere_temperature{};
-  std::optional<double> temperature_c{};  // stated for this run; goes before that of the sphere
-  std::optional<double> gap_mm;           // between the plates, certified
-  std::optional<double> sd_gap_mm{};      // k = 1
+  std::optional<double> temperature_c{};                     // stated for this run; goes before that of the sphere
+  std::array<std::optional<KnownSize>, kLinearAxes> gaps{};  // between the plates across X, Y, Z
+  std::optional<DatumCylinder> datum_cylinder{};
+  std::optional<DatumCube> datum_cube{};
   double stylus_ball_diameter_mm{};
   std::optional<double> sd_stylus_ball_diameter_mm{};
   double sigma_c_rad{};                       // positioning uncertainty of the rotary axis C (k = 1)

@@ -38,7 +38,9 @@ namespace probebox::procedure {
   method(kDelaySteppedScan)           \
   method(kDelayContour)               \
   method(kMachineCheck)               \
-  method(kCentrelineX)
+  method(kCentrelineX)                \
+  method(kDelayCylinder)              \
+  method(kDelayCube)
 // clang-format on
 
 #define PROBEBOX_DECLARE_LIVE_METHOD(name) extern const LiveMethod name;

@@ -60,6 +60,21 @@ void addStylusBall(metrology::Dataset& dataset, const Facts& facts) {
       (sd ? ", as stated in probe.toml" : ", " + std::string{metrology::kAssumedExact});
 }
 
+void addStylusBallSize(metrology::Dataset& dataset, const Facts& facts) {
+  dataset.config["stylus_ball_diameter_mm"] = facts.stylus_ball_diameter_mm;
+  if (const auto& sd = facts.sd_stylus_ball_diameter_mm) dataset.config["sd_stylus_ball_diameter_mm"] = *sd;
+  addStylusBall(dataset, facts);
+}
+
+void addGaugeSize(metrology::Dataset& dataset, const std::string& key, const std::optional<KnownSize>& size,
+                  const Facts& facts) {
+  if (size) {
+    dataset.config[key] = size->mm;
+    if (size->sd_mm) dataset.config["sd_" + key] = *size->sd_mm;
+  }
+  addStylusBallSize(dataset, facts);
+}
+
 void addEffectiveDiameter(metrology::Dataset& dataset, const Facts& facts) {
   if (!facts.sphere_diameter_mm) return;
   dataset.config["effective_diameter_mm"] = *facts.sphere_diameter_mm + facts.stylus_ball_diameter_mm;
@@ -107,9 +122,10 @@ std::optional<Error> whyTooNarrow(double gap_mm, double stylus_ball_mm, double c
   std::string remedy = "use a wider gap or a smaller stylus ball";
   if (gap_mm - stylus_ball_mm > kLeastClearance_mm + kRunOut_mm)
     remedy += ", or choose less clearance (--clearance), below " + number(gap_mm - stylus_ball_mm - kRunOut_mm) + " mm";
-  return Error{"A gap of " + number(gap_mm) + " mm is too narrow for a stylus ball of " + number(stylus_ball_mm) +
-               " mm: on its way out it goes " + number(beside_mm) + " mm off the plate (clearance " +
-               number(clearance_mm) + ", run-out " + number(kRunOut_mm) + "), into the opposite one: " + remedy + "."};
+  return Error{"A gap or bore of " + number(gap_mm) + " mm is too narrow for a stylus ball of " +
+               number(stylus_ball_mm) + " mm: on its way out it goes " + number(beside_mm) +
+               " mm off the surface (clearance " + number(clearance_mm) + ", run-out " + number(kRunOut_mm) +
+               "), into the opposite side: " + remedy + "."};
 }
 
 std::optional<NotReady> whyUnknownTool(const ProcedureOptions& options, const Facts& facts) {

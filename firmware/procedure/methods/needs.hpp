@@ -2,6 +2,7 @@
 #include <array>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 
 #include "firmware/procedure/plan/live_method.hpp"
@@ -33,6 +34,12 @@ inline constexpr std::array<std::span<const double>, 5> kSinglesAndPairs{
 // assumed to be exact, where none is stated.
 void addStylusBall(metrology::Dataset& dataset, const Facts& facts);
 
+// Adds stylus_ball_diameter_mm and its sd, where it is stated; and addStylusBall().
+void addStylusBallSize(metrology::Dataset& dataset, const Facts& facts);
+// Adds the certified size of a feature under its key, its sd under "sd_" and that key, and addStylusBallSize().
+void addGaugeSize(metrology::Dataset& dataset, const std::string& key, const std::optional<KnownSize>& size,
+                  const Facts& facts);
+
 // Adds effective_diameter_mm: diameters of the sphere and of the stylus ball, if the sphere's is known; the sd of each
 // that states one, and the temperature.
 void addEffectiveDiameter(metrology::Dataset& dataset, const Facts& facts);
@@ -47,8 +54,8 @@ void takeB(ProcedureOptions& options, const BFacts& b);
 // Takes the numbers of the tools that carry the probe.
 void takeTools(ProcedureOptions& options, const Facts& facts);
 
-// Explains that a stylus ball between two plates would run into the opposite one on its way out: the gap has to be
-// wider than ball, clearance and run-out together. nullopt when it is.
+// Explains that a stylus ball between two plates, or in a bore, would run into the opposite side on its way out: the
+// gap has to be wider than ball, clearance and run-out together. nullopt when it is.
 std::optional<Error> whyTooNarrow(double gap_mm, double stylus_ball_mm, double clearance_mm);
 // Explains that the tool to be measured is not described; nullopt when it is.
 std::optional<NotReady> whyUnknownTool(const ProcedureOptions& options, const Facts& facts);

@@ -48,6 +48,7 @@ constinit const LiveMethod kScrewCalibration{
     .needs = kNeedsOfScrewCalibration,
     .kind = Kind::sweep,
     .takes_axis = true,
+    .of_screw = true,
     .takes_turns = true,
     .own_steps = &kSweep,
     .described = sweepOptions,

@@ -95,6 +95,7 @@ constinit const LiveMethod kScrewReference{
     .needs = kNeedsOfScrewReference,
     .kind = Kind::rest,
     .takes_axis = true,
+    .of_screw = true,
     .own_steps = &kRest,
     .described = restOptions,
     .why_unfit = whyNoFace,

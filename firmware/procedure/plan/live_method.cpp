@@ -37,6 +37,7 @@ ProcedureOptions withDefaults(const LiveMethod& method, ProcedureOptions options
   take(options.balls, usual.balls);
   take(options.b_axis, usual.b_axis);
   take(options.mounts, usual.mounts);
+  take(options.faces, usual.faces);
   return options;
 }
 

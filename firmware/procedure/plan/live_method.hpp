@@ -94,7 +94,8 @@ struct LiveMethod {
   // How many of its first readings are read again last, at their poses, to show what has moved since; of one pose, its
   // first touches.
   std::size_t closes{};
-  bool takes_axis{};        // --axis: whose screw
+  bool takes_axis{};        // --axis X, Y or Z: whose screw, or across which the faces stand
+  bool of_screw{};          // it is about the screw of that axis
   bool takes_turns{};       // --turns of it
   bool takes_tool{};        // --tool: the one to measure
   bool takes_probe_tool{};  // --tool: which of those that carry the probe

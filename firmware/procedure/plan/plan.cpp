@@ -46,9 +46,10 @@ std::optional<Error> unused(const LiveMethod& method, const ProcedureOptions& op
   if (options.speed_count != 0 && holds) return omit("speeds when a sensor head measures");
   if (method.measuresBOrC() && options.axis != 0 && options.axis != kAxisB && options.axis != kAxisC)
     return because(" measures B or C: give --axis B, or omit that option for C.");
-  if (((options.axis != 0 && !method.measuresBOrC()) || options.travel_mm != 0) && !method.takes_axis)
+  const bool takes_no_axis = options.axis != 0 && !method.measuresBOrC() && !method.takes_axis;
+  if (takes_no_axis || (options.travel_mm != 0 && !method.of_screw))
     return because(" has no options axis and turns: omit them.");
-  if ((options.overtravel_mm != 0 || options.clearance_mm != 0) && (method.takes_axis || holds))
+  if ((options.overtravel_mm != 0 || options.clearance_mm != 0) && (method.of_screw || holds))
     return omit("overtravel and clearance");
   return std::nullopt;
 }

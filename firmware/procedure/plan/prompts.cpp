@@ -89,14 +89,18 @@ std::string surfaceOf(const Step& step) {
   std::array<char, 80> along{};
   std::snprintf(along.data(), along.size(), "(%.3f, %.3f, %.3f)", n[0], n[1], n[2]);
   std::string side = along.data();
-  for (const Side& known : kSphereSides) {
+  for (const Side& known : kSixSides) {
     if (known.outward_normal == step.touch.outward_normal) side = known.name;
   }
   switch (step.feature) {
     case Feature::datum_sphere:
       return side + " side of the sphere";
     case Feature::plates:
-      return "the face of the gap whose normal points to " + side;
+      return std::string{"the face of the gap across "} + axisOf(step.touch) + " whose normal points to " + side;
+    case Feature::cylinder:
+      return "the datum cylinder where its normal points to " + side;
+    case Feature::cube:
+      return side + " face of the datum cube";
     case Feature::part_ball:
       return side + " side of ball " + std::to_string(step.touch.ball);
     case Feature::tool_setter:

@@ -85,8 +85,7 @@ std::optional<NotReady> whyNoY(const LiveMethod& method, const ProcedureOptions&
   if (!method.why_no_y.empty()) return NotReady{Obstacle::option, name + " " + std::string{method.why_no_y}};
   constexpr std::uint8_t kAxisY = 2;
   if (method.takes_axis && asked.axis == kAxisY)
-    return NotReady{Obstacle::option,
-                    name + " is about a screw, and this machine has none along Y: give --axis X or Z."};
+    return NotReady{Obstacle::option, name + " is about one axis, and this machine has no Y: give --axis X or Z."};
   return std::nullopt;
 }
 
@@ -120,8 +119,8 @@ Outcome<ProcedureOptions, NotReady> readied(const LiveMethod& method, const Proc
     return NotReady{Obstacle::option,
                     std::string{method.name()} + " takes no contacts by turning C: omit that option."};
   if (asked.turns != 0 && !method.takes_turns) {
-    const char* all = method.takes_axis ? " takes no turns of the screw: omit that option."
-                                        : " has no options axis and turns: omit them.";
+    const char* all = method.of_screw ? " takes no turns of the screw: omit that option."
+                                      : " has no options axis and turns: omit them.";
     return NotReady{Obstacle::option, std::string{method.name()} + all};
   }
   if (method.isAboutB(asked)) {

@@ -15,7 +15,7 @@ using testing::seconds;
 // A ball on a leaning part spindle, plates beside, and a stylus that is off its own spindle's axis.
 Config furnished() {
   Config config = testing::quiet();
-  config.plates =
+  config.plates[0] =
       board::WorldPlates{.middle_mm = {100, 0, 20}, .gap_mm = 20, .width_mm = 30, .height_mm = 30, .thickness_mm = 8};
   config.part_spindle.point_mm = {300, 50, -40};
   config.part_spindle.direction = {0.002, -0.003, 1};

@@ -44,7 +44,8 @@ TEST_P(Planned, RunStatesWhatWasForecast) {
 
 INSTANTIATE_TEST_SUITE_P(Methods, Planned,
                          testing::Values(&procedure::kDelayMultiSpeed, &procedure::kDelayKnownSphere,
-                                         &procedure::kDelayPlates, &procedure::kDelayPerAxis),
+                                         &procedure::kDelayPlates, &procedure::kDelayPerAxis,
+                                         &procedure::kDelayCylinder, &procedure::kDelayCube),
                          [](const auto& of_one) {
                            std::string name{of_one.param->name()};
                            std::erase(name, '-');

@@ -6,7 +6,9 @@
 #include <utility>
 #include <vector>
 
+#include "firmware/metrology/methods.hpp"
 #include "firmware/procedure/methods/methods.hpp"
+#include "firmware/procedure/plan/sides.hpp"
 #include "host-tests/emulation/scenario.hpp"
 #include "host-tests/support/runs.hpp"
 #include "pulls.hpp"
@@ -30,10 +32,11 @@ world::Config touchWorld(std::uint64_t seed, bool each_axis) {
 }
 
 // The machine does all steps of the method, each once, without touching anything else.
-std::optional<metrology::Result> run(Scenario& scenario, const procedure::LiveMethod& method) {
+std::optional<metrology::Result> run(Scenario& scenario, const procedure::LiveMethod& method,
+                                     const ProcedureOptions& options = {}) {
   scenario.recorder().keeps_bytes = false;
   scenario.run(2s);
-  const auto solved = scenario.calibrate(method);
+  const auto solved = scenario.calibrate(method, options);
   const auto& progress = scenario.state().procedure;
   if (!solved) {
     ADD_FAILURE() << method.name() << " stopped in step " << progress.step;
@@ -76,6 +79,46 @@ TEST(LiveKnownSphere, FindsTheDelayWithTheUncertaintyThatItStates) {
 TEST(LivePlates, FindsTheDelayWithTheUncertaintyThatItStates) {
   expectHonest(procedure::kDelayPlates);
 }
+TEST(LiveCylinder, FindsTheDelayInABoreWithTheUncertaintyThatItStates) {
+  expectHonest(procedure::kDelayCylinder);
+}
+TEST(LiveCube, FindsTheDelayWithTheUncertaintyThatItStates) {
+  expectHonest(procedure::kDelayCube);
+}
+
+// Axes with delays of their own: each pair of plates tells that of the axis across which it stands, and its result is
+// in force for that one alone.
+TEST(LivePlates, TellTheDelayOfTheAxisAcrossWhichTheyStandAndOfNoOther) {
+  for (std::uint8_t axis = 0; axis < 3; ++axis) {
+    Pulls pulls;
+    for (std::uint64_t seed = 1; seed <= runs(12); ++seed) {
+      Scenario scenario{touchWorld(seed, true), seed};
+      ProcedureOptions options{.axis = static_cast<std::uint8_t>(axis + 1)};
+      options.faces = procedure::facesAcross(axis);
+      const auto result = run(scenario, procedure::kDelayPlates, options);
+      ASSERT_TRUE(result);
+      const auto* tau = result->find("tau_s");
+      EXPECT_LT(tau->sd[0], 3e-5);
+      pulls.add(tau->value(), scenario.truth().tau_s[axis], tau->sd[0]);
+      EXPECT_EQ(metrology::subjectOf(scenario.dataset()), std::string{"delay-"} + "xyz"[axis]);
+    }
+    pulls.expectHonest();
+  }
+}
+
+// A pin in place of the bore, which is as large.
+TEST(LiveCylinder, FindsTheDelayAtAPin) {
+  world::Config config = touchWorld(3, false);
+  config.cylinder->wall_mm = 0;
+  Scenario scenario{config, 3};
+  scenario.facts.datum_cylinder->inside = false;
+  const auto result = run(scenario, procedure::kDelayCylinder);
+  ASSERT_TRUE(result);
+  const auto* tau = result->find("tau_s");
+  EXPECT_NEAR(tau->value(), scenario.truth().tau_s[0], 4 * tau->sd[0]);
+  EXPECT_EQ(metrology::subjectOf(scenario.dataset()), "delay-xy");
+}
+
 TEST(LivePerAxis, FindsTheDelayOfEachAxisWithTheUncertaintyThatItStates) {
   expectHonest(procedure::kDelayPerAxis);
 }
@@ -134,6 +177,9 @@ TEST(LiveCases, HaveTheTablesAndKeysOfTheirMethods) {
   const std::vector<std::pair<const LiveMethod*, std::vector<std::string>>> cases{
       {&procedure::kDelayKnownSphere, {"A_rad", "B_rad", "effective_diameter_mm", "feature", "stylus_ball"}},
       {&procedure::kDelayPlates, {"A_rad", "B_rad", "feature", "gap_mm", "stylus_ball", "stylus_ball_diameter_mm"}},
+      {&procedure::kDelayCylinder,
+       {"A_rad", "B_rad", "diameter_mm", "feature", "stylus_ball", "stylus_ball_diameter_mm"}},
+      {&procedure::kDelayCube, {"A_rad", "B_rad", "edges_mm", "stylus_ball", "stylus_ball_diameter_mm"}},
       {&procedure::kDelayNonNormal, {"A_rad", "B_rad", "effective_diameter_mm", "stylus_ball"}},
       {&procedure::kDelayInOut, {"A_rad", "B_rad"}},
   };

@@ -72,22 +72,22 @@ TEST_P(Travel, IsNeverLeft) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Methods, Travel,
-                         testing::Values(Run{&procedure::kDelayMultiSpeed}, Run{&procedure::kDelayKnownSphere},
-                                         Run{&procedure::kDelayPlates}, Run{&procedure::kDelayPerAxis},
-                                         Run{&procedure::kDelayNonNormal}, Run{&procedure::kDelayInOut},
-                                         Run{&procedure::kCentreline}, Run{&procedure::kCAxisAlignment},
-                                         Run{&procedure::kSelftest}, Run{&procedure::kScrewCalibration, 1},
-                                         Run{&procedure::kScrewCalibration, 2}, Run{&procedure::kScrewCalibration, 3},
-                                         Run{&procedure::kSpindleOffset2x2}, Run{&procedure::kSpindleOffsetFour},
-                                         Run{&procedure::kCentrelineLimitedAccess}, Run{&procedure::kPeriodicCheck},
-                                         Run{&procedure::kTablePivot}, Run{&procedure::kSwivelError},
-                                         Run{&procedure::kHeadPivot}, Run{&procedure::kAAxisAlignment},
-                                         Run{&procedure::kToolSetter}, Run{&procedure::kToolAssembly},
-                                         Run{&procedure::kSensorHeadCalibration}, Run{&procedure::kCentrelineBySteps},
-                                         Run{&procedure::kRotaryAxisErrors, 0, procedure::ReadBy::head},
-                                         Run{&procedure::kAAxisAlignment, 0, procedure::ReadBy::shank},
-                                         Run{&procedure::kSwivelError, 0, procedure::ReadBy::shank}));
+INSTANTIATE_TEST_SUITE_P(
+    Methods, Travel,
+    testing::Values(Run{&procedure::kDelayMultiSpeed}, Run{&procedure::kDelayKnownSphere},
+                    Run{&procedure::kDelayPlates}, Run{&procedure::kDelayPlates, 2}, Run{&procedure::kDelayPlates, 3},
+                    Run{&procedure::kDelayCylinder}, Run{&procedure::kDelayCube}, Run{&procedure::kDelayPerAxis},
+                    Run{&procedure::kDelayNonNormal}, Run{&procedure::kDelayInOut}, Run{&procedure::kCentreline},
+                    Run{&procedure::kCAxisAlignment}, Run{&procedure::kSelftest}, Run{&procedure::kScrewCalibration, 1},
+                    Run{&procedure::kScrewCalibration, 2}, Run{&procedure::kScrewCalibration, 3},
+                    Run{&procedure::kSpindleOffset2x2}, Run{&procedure::kSpindleOffsetFour},
+                    Run{&procedure::kCentrelineLimitedAccess}, Run{&procedure::kPeriodicCheck},
+                    Run{&procedure::kTablePivot}, Run{&procedure::kSwivelError}, Run{&procedure::kHeadPivot},
+                    Run{&procedure::kAAxisAlignment}, Run{&procedure::kToolSetter}, Run{&procedure::kToolAssembly},
+                    Run{&procedure::kSensorHeadCalibration}, Run{&procedure::kCentrelineBySteps},
+                    Run{&procedure::kRotaryAxisErrors, 0, procedure::ReadBy::head},
+                    Run{&procedure::kAAxisAlignment, 0, procedure::ReadBy::shank},
+                    Run{&procedure::kSwivelError, 0, procedure::ReadBy::shank}));
 
 }  // namespace
 }  // namespace probebox::scenario

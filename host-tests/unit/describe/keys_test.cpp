@@ -75,13 +75,14 @@ void expectGoodLines() {
 
 TEST(Keys, HaveRangesThatTheirUnitsAllowAndAMeaning) {
   expectGoodLines<WorldDelays, WorldClock, WorldEncoders, WorldAxes, WorldWave, WorldLinearAxes, WorldProbe,
-                  WorldVibration, WorldTouchTrigger, WorldSphere, WorldPlates, WorldMount, WorldPartSpindle,
-                  WorldTiltingTable, WorldSwivelHead, WorldShank, WorldSensorHead, WorldProbeSpindle, WorldRotary,
-                  WorldScrew, WorldToolSetter, WorldCycle, WorldFault, WorldOutsideControl, World>();
+                  WorldVibration, WorldTouchTrigger, WorldSphere, WorldPlates, WorldCylinder, WorldCube, WorldMount,
+                  WorldPartSpindle, WorldTiltingTable, WorldSwivelHead, WorldShank, WorldSensorHead, WorldProbeSpindle,
+                  WorldRotary, WorldScrew, WorldToolSetter, WorldCycle, WorldFault, WorldOutsideControl, World>();
   expectGoodLines<AxisDescription, AccuracyDescription, ReferenceDescription, SecondaryAxisDescription,
                   ScrewDescription, PeriodicCheckDescription, RimBallDescription, BallPlateDescription, HeadDescription,
                   CentrelineDescription, SwivelDescription, RotaryTableDescription, ToolDescription, HolderDescription,
-                  ToolSetterDescription, ProbeShankDescription, SensorHeadDescription>();
+                  ToolSetterDescription, ProbeShankDescription, SensorHeadDescription, PlatesDescription,
+                  CylinderDescription, CubeDescription>();
   expectGoodLines<Access, StreamSettings, CalibratedSphere, Certificate, ProbeSwitch, UsbIdentity, Cell, CellTool>();
 }
 

@@ -32,7 +32,12 @@ TEST(SimBoard, IsCompiledInAndDescribesWhatItEmulates) {
   EXPECT_DOUBLE_EQ(sim->box.devices.encoder_rate_hz, sim->world->encoders.rate_hz);
   EXPECT_DOUBLE_EQ(sim->probe.ball_diameter_mm, 2 * sim->world->sphere.stylus_ball_radius_mm);
   EXPECT_DOUBLE_EQ(sim->machine.datum_sphere_diameter_mm.value(), 2 * sim->world->sphere.radius_mm);
-  EXPECT_DOUBLE_EQ(sim->machine.datum_gap_mm.value(), sim->world->plates.value().gap_mm);
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    EXPECT_DOUBLE_EQ(sim->machine.datum_plates.at(axis).value().gap_mm, sim->world->plates.at(axis).value().gap_mm);
+  EXPECT_DOUBLE_EQ(sim->machine.datum_cylinder.value().diameter_mm, sim->world->cylinder.value().diameter_mm);
+  EXPECT_EQ(sim->machine.datum_cylinder->touched == CylinderDescription::Touched::inside,
+            sim->world->cylinder->isBore());
+  EXPECT_EQ(sim->machine.datum_cube.value().edges_mm, sim->world->cube.value().edges_mm);
   EXPECT_DOUBLE_EQ(sim->machine.sigma_c_rad, sim->world->rotary.noise_rad);
   EXPECT_EQ(sim->world->part_spindle.balls_mm.size(), 3U);
   const auto& head = sim->machine.swivel_head.value();
@@ -103,18 +108,21 @@ TEST_F(BoardFolder, RefusesADeviceWhoseLineNobodyBuilt) {
                                                HasSubstr("\"probe trigger\""), HasSubstr("\"tool setter\"")));
 }
 
-TEST_F(BoardFolder, RefusesPlatesThatTheStylusBallHasNoWayOutBetween) {
-  const auto problem = [&](const std::string& gap) {
+TEST_F(BoardFolder, RefusesGapsAndBoresThatTheStylusBallHasNoWayOutIn) {
+  const auto problem = [&](std::string_view section, std::string_view key, const std::string& size) {
     std::string machine{simFile("machine.toml")};
-    const std::string_view line = "gap_mm = 26";
-    write(folder_ / "config" / "machine.toml", machine.replace(machine.find(line), line.size(), "gap_mm = " + gap));
+    const auto at = machine.find(key, machine.find(section));
+    write(folder_ / "config" / "machine.toml",
+          machine.replace(at, machine.find('\n', at) - at, std::string{key} + size));
     const auto sim = simDescriptions(folder_ / "config");
     return sim.ok() ? std::string{} : sim.error().what;
   };
-  EXPECT_THAT(problem("5"), AllOf(HasSubstr("'datum_plates.gap_mm'"), HasSubstr("board/sim/probe.toml"),
-                                  HasSubstr("6 mm"), HasSubstr("7.6 mm")));
-  EXPECT_THAT(problem("7.6"), HasSubstr("gap_mm"));
-  EXPECT_EQ(problem("7.7"), "");
+  EXPECT_THAT(problem("\n[datum_plates.Y]", "gap_mm = ", "5"),
+              AllOf(HasSubstr("'datum_plates.Y.gap_mm'"), HasSubstr("board/sim/probe.toml"), HasSubstr("6 mm"),
+                    HasSubstr("7.6 mm")));
+  EXPECT_THAT(problem("\n[datum_plates.X]", "gap_mm = ", "7.6"), HasSubstr("gap_mm"));
+  EXPECT_EQ(problem("\n[datum_plates.X]", "gap_mm = ", "7.7"), "");
+  EXPECT_THAT(problem("[datum_cylinder]", "diameter_mm = ", "7.6"), HasSubstr("'datum_cylinder.diameter_mm'"));
 }
 
 constexpr std::string_view kTriggerProbe =

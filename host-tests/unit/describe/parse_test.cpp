@@ -75,11 +75,17 @@ TEST(BoxToml, GivesLinesByRole) {
 
 TEST(MachineToml, HasTheSdOfEverySize) {
   const auto machine = machineWith(
-      "[datum_sphere]\ndiameter_mm = 25\nsd_diameter_mm = 0.0002\n[datum_plates]\ngap_mm = 26\nsd_gap_mm = 0.0005\n"
+      "[datum_sphere]\ndiameter_mm = 25\nsd_diameter_mm = 0.0002\n[datum_plates.Y]\ngap_mm = 26\nsd_gap_mm = 0.0005\n"
+      "[datum_cylinder]\ndiameter_mm = 30\nsd_diameter_mm = 0.0004\ntouched = \"inside\"\n"
+      "[datum_cube]\nedges_mm = [20, 21, 22]\nsd_edge_mm = 0.0006\n"
       "[periodic_check]\nball_diameter_mm = 12\nsd_ball_diameter_mm = 0.0003\nball_centre_z_mm = -160\n");
   ASSERT_TRUE(machine.ok()) << machine.error().what;
   EXPECT_EQ(machine->datum_sphere_sd_mm, 0.0002);
-  EXPECT_EQ(machine->datum_gap_sd_mm, 0.0005);
+  EXPECT_FALSE(machine->datum_plates[0]);
+  EXPECT_EQ(machine->datum_plates[1]->sd_gap_mm, 0.0005);
+  EXPECT_EQ(machine->datum_cylinder->sd_diameter_mm, 0.0004);
+  EXPECT_EQ(machine->datum_cylinder->touched, CylinderDescription::Touched::inside);
+  EXPECT_EQ(machine->datum_cube->sd_edge_mm, 0.0006);
   EXPECT_EQ(machine->periodic_check->sd_ball_diameter_mm, 0.0003);
 }
 
@@ -437,11 +443,11 @@ TEST(WorldToml, RefusesMillisecondsWrittenAsSeconds) {
 
 TEST(WorldToml, HasNoFeaturesThatItDoesNotDescribe) {
   const std::string world{simFile("world.toml")};
-  const auto begin = world.find("# A gap of known width"), end = world.find("# Five touches");
+  const auto begin = world.find("# Gaps of known width"), end = world.find("# Five touches");
   ASSERT_LT(begin, end);
   const auto bare = parseWorld(world.substr(0, begin) + world.substr(end), "world.toml");
   ASSERT_TRUE(bare.ok()) << bare.error().what;
-  EXPECT_FALSE(bare->plates || bare->tilting_table || bare->swivel_head);
+  EXPECT_FALSE(bare->plates[0] || bare->cylinder || bare->cube || bare->tilting_table || bare->swivel_head);
   EXPECT_TRUE(bare->part_spindle.balls_mm.empty() && bare->further_tools.empty());
   EXPECT_FALSE(bare->probe_spindle.shank);
 }

@@ -49,6 +49,8 @@ Vector3d surfaceOf(const procedure::Step& step, const Setting& given) {
   const Vector3d centre = centreOf(step, given);
   const Vector3d n = vectorOf(step.touch.outward_normal);
   if (step.feature == Feature::plates) return centre - 10 * n;
+  if (step.feature == Feature::cylinder) return centre - 12 * n;
+  if (step.feature == Feature::cube) return centre + Vector3d{13 * n.x(), 15 * n.y(), 12 * n.z()};
   if (step.feature != Feature::tool_setter) return centre + 15.5 * n;
   const bool tool = step.touch.tool != 0;
   const double beside = 8 + (tool ? 5 : 3), above = 8 + (tool ? 0 : 3);

@@ -29,6 +29,8 @@ inline Setting setting(bool on_lathe = false) {
   setting.table_axis_mm = Eigen::Vector3d{0, 0, -50};
   setting.ball_diameter_mm = 25;
   setting.gap_mm = 26;
+  setting.bore_mm = 30;
+  setting.cube_mm = {20, 24, 18};
   setting.setter_width_mm = 16;
   setting.stylus_diameter_mm = 6;
   setting.tool_diameter_mm = 10;
@@ -65,7 +67,8 @@ inline std::vector<Case> cases() {
           {&procedure::kCentreline, three},    {&procedure::kToolSetter, tool},
           {&procedure::kTablePivot, tilted},   {&procedure::kScrewCalibration, sweep},
           {&procedure::kScrewReference, rest}, {&procedure::kDelaySteppedScan, scan},
-          {&procedure::kDelayContour, scan},   {&procedure::kMachineCheck, {}}};
+          {&procedure::kDelayContour, scan},   {&procedure::kMachineCheck, {}},
+          {&procedure::kDelayCylinder, {}},    {&procedure::kDelayCube, {}}};
 }
 
 inline procedure::Plan planOf(const Case& c) {

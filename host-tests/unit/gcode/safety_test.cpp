@@ -304,6 +304,16 @@ TEST(Safety, KeepsTheStylusOffTheOppositePlate) {
   EXPECT_THAT(whyNot(8, close), IsEmpty());
 }
 
+// The upper plate is in the way from above.
+TEST(Safety, LeavesPlatesAcrossZToTheStepsOfTheBox) {
+  ProcedureOptions across_z;
+  across_z.axis = 3;
+  across_z.faces = procedure::facesAcross(2);
+  const auto refused = unroll(planOf({&procedure::kDelayPlates, across_z}), setting());
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().what, HasSubstr("across Z"));
+}
+
 TEST(Safety, AsksWithWhichToolAProgramTakesTheProbeAgain) {
   Setting unnamed = setting();
   unnamed.probe_tool = 0;

@@ -185,7 +185,7 @@ TEST_F(Planned, EveryMethodHasANameANumberAndStepsThatFit) {
   for (const LiveMethod* method : liveMethods()) {
     EXPECT_EQ(methodNamed(method->name()), method);
     EXPECT_EQ(methodNumbered(liveMethods(), method->number), method);
-    const bool sweeps = method->takes_axis;  // the screw has to be chosen
+    const bool sweeps = method->of_screw;  // the screw has to be chosen
     const bool of_a_tool = method->takes_tool;
     const bool by_head = method->kind == Kind::hold;
     const ProcedureOptions options{.tool = of_a_tool ? 4U : 0U,
@@ -269,7 +269,8 @@ TEST_F(Planned, TouchesOfADelayHaveTwoSpeedsAndCloseWithTheFirst) {
     std::set<double> speeds;
     for (std::size_t i = 0; i < plan.step_count; ++i) speeds.insert(plan.steps[i].touch.retract_speed_mm_s);
     EXPECT_EQ(speeds.size(), 2U) << method->name();
-    EXPECT_EQ(plan.step_count, 2 * method->sides.size() + 1) << method->name();
+    EXPECT_EQ(plan.step_count, 2 * Sides(method->sides, withDefaults(*method, {}), {}).list().size() + 1)
+        << method->name();
     EXPECT_EQ(first.outward_normal, last.outward_normal) << method->name();
     EXPECT_EQ(first.retract_speed_mm_s, last.retract_speed_mm_s) << method->name();
     EXPECT_EQ(last.step, plan.step_count - 1) << method->name();
@@ -337,7 +338,7 @@ TEST_F(Planned, RefusesOptionsThatCannotBeUsedAndSaysWhatCould) {
   auto deeper = kSweep;
   deeper.overtravel_mm = 0.5;
   EXPECT_THAT(refusal(kScrewCalibration, deeper), HasSubstr("overtravel"));
-  EXPECT_THAT(refusal(kDelayPlates, {.axis = 1}), HasSubstr("options axis"));
+  EXPECT_THAT(refusal(kDelayInOut, {.axis = 1}), HasSubstr("options axis"));
   EXPECT_THAT(refusal(kCentreline, {.speed_count = 2, .speeds_mm_s = {5, 500}}), HasSubstr("0.5 to 100 mm/s"));
   EXPECT_THAT(refusal(kCentreline, {.overtravel_mm = 1.5}), HasSubstr("0.05 to 1 mm"));
   EXPECT_THAT(refusal(kCentreline, {.clearance_mm = std::nan("")}), HasSubstr("0.1 to 10 mm"));
@@ -358,14 +359,14 @@ TEST(Facts, AMethodIsRefusedWithTheRemedyWhereWhatItNeedsIsNotKnown) {
   const Facts none;
   EXPECT_FALSE(whyUnready(kDelayMultiSpeed, none, false));
   EXPECT_THAT(whyUnready(kDelayKnownSphere, none, true)->what, HasSubstr("[datum_sphere] diameter_mm"));
-  EXPECT_THAT(whyUnready(kDelayPlates, none, true)->what, HasSubstr("[datum_plates] gap_mm"));
+  EXPECT_THAT(whyUnready(kDelayPlates, none, true)->what, HasSubstr("[datum_plates.X] gap_mm"));
   EXPECT_THAT(whyUnready(kCentreline, none, false)->what, HasSubstr("calibrate"));
   EXPECT_FALSE(whyUnready(kCentreline, none, true));
   EXPECT_TRUE(kCentreline.finds_a_place);
   EXPECT_FALSE(kDelayMultiSpeed.finds_a_place) << "a delay is the same wherever the axes are";
   Facts told;
   told.sphere_diameter_mm = 25;
-  told.gap_mm = 20;
+  told.gaps[0] = KnownSize{20};
   EXPECT_FALSE(whyUnready(kDelayPerAxis, told, false));
   EXPECT_FALSE(whyUnready(kDelayPlates, told, false));
 }
@@ -374,7 +375,7 @@ TEST(Facts, AGapIsRefusedWhereTheWayOutOfATouchEndsInTheOppositePlate) {
   Facts facts;
   facts.stylus_ball_diameter_mm = 6;
   const auto ready = [&](double gap_mm, double clearance_mm) {
-    facts.gap_mm = gap_mm;
+    facts.gaps[1] = KnownSize{gap_mm};
     return readied(kDelayPlates, {.clearance_mm = clearance_mm}, facts, {});
   };
   const auto refused = ready(5, 0);

@@ -55,15 +55,14 @@ TEST(SizesOfARun, HaveTheSdThatIsDescribed) {
   EXPECT_FALSE(measured(kDelayKnownSphere, facts).dataset.config.contains("sd_effective_diameter_mm"));
   facts.sd_sphere_diameter_mm = 4e-4;
   EXPECT_EQ(numberAt(measured(kDelayKnownSphere, facts), "sd_effective_diameter_mm"), 4e-4);
-  facts.gap_mm = 26;
-  facts.sd_gap_mm = 5e-4;
+  facts.gaps[0] = KnownSize{26, 5e-4};
   EXPECT_EQ(numberAt(measured(kDelayPlates, facts), "sd_gap_mm"), 5e-4);
 }
 
 // What machine.toml says of the machine's own errors; nothing where it says nothing, so that cautious values hold.
 TEST(AccuracyOfARun, IsInTheCaseOfEveryMethod) {
   Facts facts = withSphere({});
-  facts.gap_mm = 26;
+  facts.gaps[0] = KnownSize{26};
   for (const LiveMethod* method : {&kDelayKnownSphere, &kDelayPlates, &kCentreline}) {
     facts.accuracy = MachineAccuracy{.scale_ppm = 3, .squareness_urad = 4, .lost_motion_um = 0, .drift_um_per_min = 0};
     const auto run = measured(*method, facts);
@@ -110,7 +109,7 @@ TEST(TemperatureOfARun, IsForTheRecordWhereNoExpansionIsDescribedAndSaysSo) {
   EXPECT_THAT(known.warnings,
               testing::ElementsAre(testing::AllOf(HasSubstr("[datum_sphere]"), HasSubstr("expansion_per_k"),
                                                   HasSubstr("machine.toml"))));
-  facts.gap_mm = 26;
+  facts.gaps[0] = KnownSize{26};
   EXPECT_THAT(measured(kDelayPlates, facts).warnings, IsEmpty()) << "no description could state how a gap expands";
   const auto unknown = measured(kCentreline, facts);
   EXPECT_EQ(numberAt(unknown, "temperature_c"), 26) << "of every method";

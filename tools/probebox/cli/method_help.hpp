@@ -7,7 +7,8 @@ namespace probebox::command {
 // "centreline and rotary-axis-errors". This room does not know the methods; tools/probebox fills this in.
 struct MethodHelp {
   std::string all;
-  std::string approach, angles, heights, axis, turns, rotary_axis, mounts, tool, probe_tool, head, shank, contacts;
+  std::string approach, angles, heights, screw, faces, turns, rotary_axis, mounts, tool, probe_tool, head, shank,
+      contacts;
   std::string usual_arcs;  // "360 for centreline, 80 for ..."
 };
 

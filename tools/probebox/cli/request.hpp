@@ -168,7 +168,8 @@ struct Gcode : RunChoices {
   double deflection_limit_mm{1};
   bool no_skip{};    // the control cannot stop by the probe
   bool no_orient{};  // the stylus cannot turn with the spindle
-  std::optional<double> safe_z_mm, sphere_mm, gap_mm, setter_mm, stylus_mm, tool_diameter_mm;
+  std::optional<double> safe_z_mm, sphere_mm, gap_mm, bore_mm, setter_mm, stylus_mm, tool_diameter_mm;
+  std::vector<double> cube_mm;
   double traverse_mm_min{1500};
   double most_mm_min{6000};
 };

@@ -105,7 +105,7 @@ inline void declareProgram(CLI::App* gcode, Gcode& options) {
   gcode->add_option("--safe-z", options.safe_z_mm, "height above everything, in the work offset")
       ->check(between(-kFurthest_mm, kFurthest_mm))
       ->type_name("MM");
-  add_point("--at", options.at_mm, "centre of sphere, gap or setter in the work offset; default: 0,0,0");
+  add_point("--at", options.at_mm, "centre of sphere, gap, bore, cube or setter in the work offset; default: 0,0,0");
   gcode->add_option("--ball", options.balls_mm, "where a ball of the part is at C = 0; once for each ball")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
@@ -138,6 +138,8 @@ inline void declareProgram(CLI::App* gcode, Gcode& options) {
       ->type_name("NUMBER");
   add_mm("--sphere", options.sphere_mm, "diameter of the sphere or ball");
   add_mm("--gap", options.gap_mm, "distance of the plates");
+  add_mm("--bore", options.bore_mm, "diameter of the bore");
+  add_point("--cube", options.cube_mm, "edges of the cube along X, Y, Z");
   add_mm("--setter", options.setter_mm, "width of the tool-setting device");
   add_mm("--stylus", options.stylus_mm, "diameter of the stylus ball");
   add_mm("--tool-diameter", options.tool_diameter_mm, "diameter of the tool that is measured");
@@ -277,7 +279,8 @@ class RunCommands {
         ->type_name("NUMBER");
     command
         ->add_option("--axis", choices.axis,
-                     "axis of the screw, X, Y or Z, for " + methods_.axis + "; rotary axis, B or C (default), for " +
+                     "axis of the screw, X, Y or Z, for " + methods_.screw + "; across which the faces stand, for " +
+                         methods_.faces + " (default: the first that has plates); rotary axis, B or C (default), for " +
                          methods_.rotary_axis)
         ->check(CLI::IsMember({"X", "Y", "Z", "B", "C"}, CLI::ignore_case))
         ->type_name("AXIS");

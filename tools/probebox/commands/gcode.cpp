@@ -81,8 +81,8 @@ Outcome<gcode::Words, Trouble> wordsOf(const Gcode& options) {
 
 // Features, tools and axes that the steps of a run use.
 struct Uses {
-  bool sphere{}, part_ball{}, plates{}, setter{}, stylus{}, cutting_tool{}, probe{}, several_probes{}, head{}, b{},
-      table{}, place{};
+  bool sphere{}, part_ball{}, plates{}, cylinder{}, cube{}, setter{}, stylus{}, cutting_tool{}, probe{},
+      several_probes{}, head{}, b{}, table{}, place{};
 
   explicit Uses(const procedure::Plan& plan) {
     for (std::size_t i = 0; i < plan.step_count; ++i) {
@@ -93,6 +93,8 @@ struct Uses {
       part_ball = part_ball || (works && step.feature == Feature::part_ball);
       sphere = sphere || (works && (step.feature == Feature::part_ball || step.feature == Feature::datum_sphere));
       plates = plates || (works && step.feature == Feature::plates);
+      cylinder = cylinder || (works && step.feature == Feature::cylinder);
+      cube = cube || (works && step.feature == Feature::cube);
       setter = setter || at_setter;
       cutting_tool = cutting_tool || (at_setter && by_tool);
       stylus = stylus || (works && !(at_setter && by_tool));
@@ -122,6 +124,8 @@ Outcome<gcode::Setting, Trouble> settingOf(const Gcode& options, const gcode::Di
   setting.orients = !options.no_orient && !dialect.isLathe();
   setting.ball_diameter_mm = options.sphere_mm;
   setting.gap_mm = options.gap_mm;
+  setting.bore_mm = options.bore_mm;
+  if (!options.cube_mm.empty()) setting.cube_mm = pointOf(options.cube_mm);
   setting.setter_width_mm = options.setter_mm;
   setting.stylus_diameter_mm = options.stylus_mm;
   setting.tool_diameter_mm = options.tool_diameter_mm;
@@ -181,6 +185,8 @@ std::optional<Trouble> whyNotUsed(const Gcode& options, const procedure::Plan& p
                        Use{"--head-tool", options.head_tool.has_value(), uses.head},
                        Use{"--sphere", options.sphere_mm.has_value(), uses.sphere},
                        Use{"--gap", options.gap_mm.has_value(), uses.plates},
+                       Use{"--bore", options.bore_mm.has_value(), uses.cylinder},
+                       Use{"--cube", !options.cube_mm.empty(), uses.cube},
                        Use{"--setter", options.setter_mm.has_value(), uses.setter},
                        Use{"--stylus", options.stylus_mm.has_value(), uses.stylus},
                        Use{"--tool-diameter", options.tool_diameter_mm.has_value(), uses.cutting_tool}};
@@ -255,6 +261,10 @@ std::string zeroOf(const procedure::Plan& plan, const Gcode& options) {
       return "as --ball and --c-axis were given; C = 0 where the balls were measured.";
     case Feature::plates:
       return at_zero ? "zero in the middle of the gap." : "the middle of the gap as --at was given.";
+    case Feature::cylinder:
+      return at_zero ? "zero in the middle of the bore." : "the middle of the bore as --at was given.";
+    case Feature::cube:
+      return at_zero ? "zero in the middle of the cube." : "the middle of the cube as --at was given.";
     case Feature::tool_setter:
       return at_zero ? "zero in the middle of the setting device." : "the setting device as --at was given.";
     case Feature::datum_sphere:

@@ -185,7 +185,14 @@ void takeMachine(plan::SetUp& set_up, const Described& says, const plan::Wanted&
   omitMissing(set_up, says, wanted);
   set_up.has_y = says.has_y;
   takeSphere(set_up, says.sphere);
-  if (says.gap_mm > 0) set_up.gap_mm = says.gap_mm;
+  for (std::size_t axis = 0; axis < says.gaps_mm.size(); ++axis) {
+    if (says.gaps_mm[axis] > 0) set_up.gaps_mm[axis] = says.gaps_mm[axis];
+  }
+  if (says.cylinder_diameter_mm > 0) {
+    set_up.cylinder_diameter_mm = says.cylinder_diameter_mm;
+    set_up.cylinder_inside = says.cylinder_inside;
+  }
+  if (says.cube_edges_mm[0] > 0) set_up.cube_edges_mm = says.cube_edges_mm;
   set_up.sigma_c_rad = says.sigma_c_rad;
   for (const auto& accuracy : says.accuracy) set_up.accuracy = accuracy;
   for (const auto& table : says.table) takeB(set_up.table, table);
@@ -216,7 +223,11 @@ procedure::Facts describedFacts(const plan::SetUp& set_up, const Described& says
                                 bool of_box) {
   auto facts = plan::factsOf(set_up, wanted.options.tool);
   if (says.sphere.diameter_mm == 0) facts.sphere_diameter_mm.reset();
-  if (says.gap_mm == 0) facts.gap_mm.reset();
+  for (std::size_t axis = 0; axis < facts.gaps.size(); ++axis) {
+    if (says.gaps_mm[axis] == 0) facts.gaps[axis].reset();
+  }
+  if (says.cylinder_diameter_mm == 0) facts.datum_cylinder.reset();
+  if (says.cube_edges_mm[0] == 0) facts.datum_cube.reset();
   if (says.table.empty()) facts.tilting_table.reset();
   if (says.head.empty()) facts.swivel_head.reset();
   if (facts.swivel_head && !says.head.front().has_ball) facts.swivel_head->ball_mm.reset();

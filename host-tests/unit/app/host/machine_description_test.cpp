@@ -7,8 +7,11 @@ namespace probebox::app {
 namespace {
 
 procedure::Facts fullFacts() {
-  procedure::Facts facts{
-      .sphere_diameter_mm = 25, .gap_mm = 26, .stylus_ball_diameter_mm = 6, .sigma_c_rad = 4e-6, .screws = {}};
+  procedure::Facts facts{.sphere_diameter_mm = 25,
+                         .gaps = {procedure::KnownSize{26}},
+                         .stylus_ball_diameter_mm = 6,
+                         .sigma_c_rad = 4e-6,
+                         .screws = {}};
   facts.sd_sphere_diameter_mm = 5e-5;
   facts.sphere_certificate = procedure::SphereCertificate{.in_words = "number 7", .next_due = "2028-04-17"};
   facts.sphere_temperature = procedure::SphereTemperature{.celsius = 23.5, .sd_k = 0.5, .expansion_per_k = 11.5e-6};
@@ -40,7 +43,7 @@ TEST(MachineDescription, HasWhatIsDescribedAndTheNames) {
   EXPECT_EQ(says.sphere.certificate, "number 7");
   EXPECT_TRUE(says.sphere.has_temperature);
   EXPECT_EQ(says.sphere.sd_temperature_k, 0.5);
-  EXPECT_EQ(says.gap_mm, 26);
+  EXPECT_EQ(says.gaps_mm, (std::array<double, 3>{26, 0, 0}));
   EXPECT_EQ(says.sigma_c_rad, 4e-6);
   ASSERT_EQ(says.table.size(), 1U);
   EXPECT_EQ(says.table[0].angles_rad, (std::vector{-1.5, 0.0}));

@@ -173,6 +173,9 @@ void block(Scene& scene) {
 void ring(Scene& scene) {
   scene.radius_mm = -12.0;
 }
+void pin(Scene& scene) {
+  scene.radius_mm = 9.0;
+}
 
 INSTANTIATE_TEST_SUITE_P(
     Settings, DelayOfKnownSize,
@@ -193,7 +196,8 @@ INSTANTIATE_TEST_SUITE_P(
                     SizeSetting{"Plates", simulation::plates()},
                     SizeSetting{"PlatesOfABlock", with(simulation::plates(), block)},
                     SizeSetting{"PlatesGentle", with(simulation::plates(), gentle)},
-                    SizeSetting{"EachAxis", simulation::perAxis()},
+                    SizeSetting{"Bore", simulation::bore()}, SizeSetting{"Pin", with(simulation::bore(), pin)},
+                    SizeSetting{"Cube", simulation::cube()}, SizeSetting{"EachAxis", simulation::perAxis()},
                     SizeSetting{"EachAxisNoisy", with(simulation::perAxis(), noisier), 3.0},
                     SizeSetting{"OffTheNormal", simulation::nonNormal()},
                     SizeSetting{"FarOffTheNormal", with(simulation::nonNormal(), steep)}),
@@ -203,7 +207,7 @@ class KnownSizeMethod : public testing::TestWithParam<Scene> {};
 
 INSTANTIATE_TEST_SUITE_P(Methods, KnownSizeMethod,
                          testing::Values(simulation::knownSphere(), simulation::plates(), simulation::perAxis(),
-                                         simulation::nonNormal()),
+                                         simulation::nonNormal(), simulation::bore(), simulation::cube()),
                          [](const auto& scene) {
                            std::string name = scene.param.method;
                            std::erase(name, '-');
@@ -228,7 +232,7 @@ TEST_P(KnownSizeMethod, IsExactWithoutNoise) {
 TEST_P(KnownSizeMethod, DoesNotDependOnWhereTheMachineStands) {
   std::mt19937_64 random{9};
   const Dataset dataset = measure(GetParam(), random);
-  const Eigen::Matrix3d turn = GetParam().method == "delay-per-axis"
+  const Eigen::Matrix3d turn = GetParam().method == "delay-per-axis" || GetParam().method == "delay-cube"
                                    ? Eigen::Matrix3d::Identity()
                                    : Eigen::AngleAxisd{0.7, Eigen::Vector3d{1, 2, 3}.normalized()}.toRotationMatrix();
   const auto here = solve(dataset);
@@ -258,8 +262,11 @@ TEST_P(KnownSizeMethod, FollowsWhatItIsTold) {
   EXPECT_NEAR(after->find("residual_" + delayOf(after.value()).key)->values[0], delayOf(before.value()).values[0],
               1e-15);
 
-  const std::string size = GetParam().method == "delay-plates" ? "gap_mm" : "effective_diameter_mm";
-  const double larger = std::get<double>(dataset.config[size]) + 0.002;
+  // Of a cube each edge grows with the ball.
+  const bool has_ball = dataset.config.contains("stylus_ball_diameter_mm");
+  const std::string size = has_ball ? "stylus_ball_diameter_mm" : "effective_diameter_mm";
+  const double inside = has_ball && GetParam().extent_mm({1, 0, 0}) < 0 ? -1 : 1;
+  const double larger = std::get<double>(dataset.config[size]) + 0.002 * inside;
   dataset.config[size] = larger;
   const auto larger_stated = solve(dataset);
   ASSERT_TRUE(larger_stated) << larger_stated.error().reason;
@@ -356,6 +363,26 @@ TEST(DelayOfKnownSizeIsRefused, WhenTheConfigurationDoesNotFit) {
   axes.config.erase("previous_tau_axis_s");
   axes.config.erase("effective_diameter_mm");
   EXPECT_EQ(refusal(axes), "single-speed");
+}
+
+TEST(DelayOfKnownSizeIsRefused, WhenACylinderOrACubeHasNoSuchSide) {
+  std::mt19937_64 random{15};
+  const auto refusal = [&](Scene scene, std::vector<Eigen::Vector3d> normals) {
+    scene.normals = std::move(normals);
+    return solve(measure(scene, random)).error().name;
+  };
+  EXPECT_EQ(refusal(simulation::bore(), simulation::knownSphere().normals), "not-on-feature");
+  EXPECT_EQ(refusal(simulation::bore(), {{1, 0, 0}, {-1, 0, 0}, {1, 0, 0}}), "one-sided");
+  EXPECT_EQ(refusal(simulation::cube(), {{1, 0, 0}, {-1, 0, 0}, {0, .6, .8}, {0, -1, 0}, {0, 0, 1}}), "not-on-feature");
+  Dataset cube = measure(simulation::cube(), random);
+  cube.config["edges_mm"] = std::vector<double>{20, 0, 20};
+  EXPECT_EQ(solve(cube).error().name, "bad-config");
+  Dataset bore = measure(simulation::bore(), random);
+  bore.config["feature"] = std::string{"external"};
+  EXPECT_EQ(solve(bore).error().name, "bad-config") << "the normals point inwards";
+  bore.config.erase("feature");
+  bore.config["diameter_mm"] = 5.0;
+  EXPECT_EQ(solve(bore).error().name, "bad-config");
 }
 
 TEST(DelayOfKnownSizeIsRefused, WhenTheSidesDoNotSuffice) {

@@ -15,7 +15,7 @@ function arrow(from, to, name, className) {
 }
 
 function feature(step) {
-  if (step.feature === "plates" || step.feature === "tool setter" || step.feature === "tool_setter") {
+  if (["plates", "cube", "tool setter", "tool_setter"].includes(step.feature)) {
     const n = step.outward_normal;
     const side = Math.abs(n[2]) > 0.9 ? [1, 0, 0] : [-n[1], n[0], 0];
     const up = [n[1] * side[2] - n[2] * side[1], n[2] * side[0] - n[0] * side[2], n[0] * side[1] - n[1] * side[0]];
