@@ -255,9 +255,9 @@ std::string circumstances(const Subject& subject, const CertificateFacts& facts)
   constexpr std::array<std::string_view, 8> kElsewhere{
       "machine",       "probe",           "mounting",           "measured_utc",
       "temperature_c", "sphere_next_due", "sphere_certificate", metrology::kStylusBall};
-  for (const auto& [name, value] : result.conditions)
-    if (std::ranges::find(kElsewhere, name) == kElsewhere.end()) text += factRow(name, value);
-  return text + "</table>\n";
+  auto others = result.conditions;
+  std::erase_if(others, [&](const auto& one) { return std::ranges::find(kElsewhere, one.name) != kElsewhere.end(); });
+  return text + conditionRows(others) + "</table>\n";
 }
 
 std::string partyInWords(const board::Party& party) {

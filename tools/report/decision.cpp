@@ -11,7 +11,6 @@
 #include "firmware/metrology/subject_values.hpp"
 #include "tools/case/proof.hpp"
 #include "tools/case/quantities.hpp"
-#include "tools/report/change.hpp"
 #include "tools/report/conformity.hpp"
 #include "tools/report/html.hpp"
 #include "tools/report/names.hpp"
@@ -179,7 +178,6 @@ std::string decisionBox(const Subject& subject, const std::vector<std::string>& 
       std::string{"<div class=\"verdict "} + classOf(decision) + "\">" + element("p", decision.headline) + "<ul>";
   for (const auto* lines : {&decision.lines, &more})
     for (const auto& line : *lines) text += element("li", line);
-  for (const auto& line : changeLines(subject)) text += element("li", line);
   return text + "</ul></div>\n";
 }
 

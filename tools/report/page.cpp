@@ -22,7 +22,7 @@ std::string picturesOf(const Subject& subject) {
 }
 
 std::string article(const Subject& subject) {
-  std::string text = "<article>\n" + heading(subject) + decisionBox(subject);
+  std::string text = "<article>\n" + heading(subject) + decisionBox(subject, changeLines(subject));
   if (const auto* result = subject.result()) {
     text += warningsList(*result) + changeTable(subject) + conformityTable(subject) + valueTables(subject) +
             standardsTable(subject) + picturesOf(subject) + residualsTable(*result) + droppedList(*result) +

@@ -347,13 +347,25 @@ std::string alsoTable(const Subject& subject) {
   return rows + tables;
 }
 
+std::string conditionRows(std::span<const metrology::Condition> conditions) {
+  std::string text;
+  for (const auto& [name, value] : conditions) {
+    if (name == metrology::kCuttingKey) continue;  // a count that the box alone can compare
+    if (name == "temperature_c") {
+      text += row("temperature", value + " \u00b0C");
+    } else {
+      text += row(casefolder::keyInWords(name), value);
+    }
+  }
+  return text;
+}
+
 std::string conditionsTable(const Subject& subject) {
   std::string text;
   if (const auto* result = subject.result()) {
-    for (const auto& condition : result->conditions) text += row(condition.name, condition.value);
+    text = conditionRows(result->conditions);
   } else if (subject.dataset) {
-    for (const auto& condition : metrology::conditionsOf(*subject.dataset))
-      text += row(condition.name, condition.value);
+    text = conditionRows(metrology::conditionsOf(*subject.dataset));
   }
   if (text.empty())
     return "<p class=\"small\">The case states no conditions (probe, machine, mounting, temperature_c, "

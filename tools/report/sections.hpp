@@ -1,4 +1,5 @@
 #pragma once
+#include <span>
 #include <string>
 
 #include "tools/report/subject.hpp"
@@ -20,5 +21,7 @@ std::string factsTable(const metrology::Result& result);
 // Table of further estimates (`also`).
 std::string alsoTable(const Subject& subject);
 std::string conditionsTable(const Subject& subject);
+// Rows of a table of two columns, by the names that people use.
+std::string conditionRows(std::span<const metrology::Condition> conditions);
 
 }  // namespace probebox::report
