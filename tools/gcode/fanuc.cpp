@@ -81,10 +81,11 @@ class FanucLathe final : public Fanuc {
   std::string_view control() const override { return "Fanuc 0i-T to 31i-T with custom macro B"; }
   bool isLathe() const override { return true; }
   std::string machines() const override {
-    return "For lathes of X and Z, the first and the second axis, in G-code system A. X and U are diameters (bit 3, "
-           "DIA, "
-           "of parameter 1006 is 1 for X); comments and lines to the box have radius. T has two digits for the station "
-           "and two for the offset, which it takes as a shift, without a move (bit 4, LGT, of parameter 5002 is 0).";
+    return "For lathes of X and Z, the first and the second axis, in G-code system A. X and U are diameters: bit 3 of "
+           "parameter 1006 (DIA) is 1 for X. Comments and lines to the box have radius. T has two digits for the "
+           "station and two for the offset, which it takes as a shift, without a move: bit 4 of parameter 5002 (LGT) "
+           "is "
+           "0.";
   }
   std::string_view leaves() const override {
     return "G52 at zero, G54, G99, G64. After an alarm: what reset makes of modal codes (parameter 3402).";
@@ -93,9 +94,8 @@ class FanucLathe final : public Fanuc {
     Lines lines = Fanuc::needs(marks);
     lines.emplace_back("A shift by G50 X Z of an earlier program is not seen: cancel it.");
     lines.emplace_back(
-        "Where C turns: the contouring of the main spindle is on and its brake released, by the M codes of the "
-        "builder, "
-        "before the start.");
+        "Where C turns: the contouring of the main spindle is on and its brake released before the start, by the M "
+        "codes of the builder.");
     return lines;
   }
   bool hasTipControl() const override { return false; }

@@ -15,12 +15,11 @@ using Words = std::array<std::string, 3>;
 
 // Coordinates: active work offset, mm, of the centre of the stylus ball (or of the tip of a cutting tool).
 struct Setting {
-  Eigen::Vector3d at_mm{Eigen::Vector3d::Zero()};  // centre of the sphere, middle of gap, bore, cube or setter
-  std::vector<Eigen::Vector3d> balls_mm;           // of the part, at C = 0 and B = 0
-  bool has_y{true};  // false: a lathe of X and Z, which meets every feature in the plane in which it moves
-  Eigen::Vector3d c_axis_mm{Eigen::Vector3d::Zero()};                        // a point of the turning axis, along Z
-  std::optional<Eigen::Vector3d> table_axis_mm;                              // a point of the axis of a tilting table
-  Eigen::Vector3d b_axis{Eigen::Vector3d::UnitX()};                          // its direction, right-handed
+  Eigen::Vector3d at_mm{Eigen::Vector3d::Zero()};      // centre of the sphere, middle of gap, bore, cube or setter
+  std::vector<Eigen::Vector3d> balls_mm;               // of the part, at C = 0 and B = 0
+  Eigen::Vector3d c_axis_mm{Eigen::Vector3d::Zero()};  // a point of the turning axis, along Z
+  std::optional<Eigen::Vector3d> table_axis_mm;        // a point of the axis of a tilting table
+  Eigen::Vector3d b_axis{Eigen::Vector3d::UnitX()};    // its direction, right-handed
   std::optional<double> ball_diameter_mm, gap_mm, bore_mm, setter_width_mm;  // of the features
   std::optional<Eigen::Vector3d> cube_mm;                                    // its edges
   std::optional<double> stylus_diameter_mm, tool_diameter_mm;                // of what touches them
@@ -30,6 +29,7 @@ struct Setting {
   double deflection_limit_mm{1};    // the probe must not be pressed further
   Words words{"", "B", "C"};
   bool guard{true};     // the probe's signal stops moves that are to meet nothing
+  bool has_y{true};     // false: a lathe of X and Z, which meets every feature in the plane in which it moves
   bool orients{true};   // the spindle is oriented after each tool change, also where the method does not turn it
   double seek_mm{0.5};  // how far beyond the place of a surface the probe seeks it, less where it may be pressed less
   double seek_mm_min{300};

@@ -102,14 +102,12 @@ class SiemensLathe final : public Siemens {
   std::string_view name() const override { return "siemens-lathe"; }
   bool isLathe() const override { return true; }
   std::string machines() const override {
-    return "For lathes of X and Z, in the plane G18: X is in radius from DIAMOF on. T turns the turret without an M6 "
-           "(MD "
-           "22550 TOOL_CHANGE_MODE is 0).";
+    return "For lathes of X and Z, in the plane G18: X is in radius from DIAMOF on. T turns the turret without an M6: "
+           "MD 22550 TOOL_CHANGE_MODE is 0.";
   }
   std::string_view leaves() const override {
-    return "programmed shifts, rotations, scales and mirrors cancelled (TRANS), G54, G90, G94, G64. DIAMON is again "
-           "what "
-           "reset makes of it (MD 20150), at M30 and after an alarm, as of other G functions and D.";
+    return "programmed shifts, rotations, scales and mirrors cancelled (TRANS), G54, G90, G94, G64. At M30 and after "
+           "an alarm reset makes DIAMON, other G functions and D what the machine has for it (MD 20150).";
   }
   Lines needs(Marks marks) const override {
     Lines lines = Siemens::needs(marks);
@@ -119,8 +117,13 @@ class SiemensLathe final : public Siemens {
   }
   bool hasTipControl() const override { return false; }
   Lines modes() const override { return {"G18 G710 G40", "G54 G90 G94 G60", "TRANS", "DIAMOF"}; }
-  Lines take(const TakeTool& tool) const override { return {"T" + std::to_string(tool.number)}; }
-  // A turning tool has its lengths along X and Z.
+  // With its offset, which X has too: a turning tool has its lengths along X and Z.
+  Lines take(const TakeTool& tool) const override { return {"T" + std::to_string(tool.number), "D1"}; }
+  Lines takeLength(const Move& move) const override {
+    Lines lines = checkLength();
+    lines.push_back(Dialect::move(move));
+    return lines;
+  }
   Lines checkLength() const override {
     return {"STOPRE", "IF ($P_TOOL==0) OR (($P_TOOLL[1]==0) AND ($P_TOOLL[2]==0))",
             "SETAL(65001,\"NO TOOL OFFSET ACTIVE\")", "ENDIF"};

@@ -444,7 +444,7 @@ namespace {
 
 constexpr MethodTable kPeriodicCheckTables[]{
     {"centres", kAllCentreColumns,
-     "centre of the ball at B 0, 45 or 90, C and A 0 or 180; without y_mm of a lathe of X and Z", true},
+     "centre of the ball at B 0, 45 or 90, C and A 0 or 180; column y_mm too, but on a lathe of X and Z", true},
     {"x_touch", kXColumns, "a touch along X at B = 90; needed if table centres is given", true},
     {"z_touch", kZColumns, "a touch along Z at B = 0; needed if table centres is given", true}};
 constexpr std::string_view kAccepted = "the value in the accepted calibration";

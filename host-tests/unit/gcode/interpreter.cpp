@@ -296,7 +296,8 @@ class Control {
     if (motion_ == 0 && linear) danger("a rapid of a linear axis");
     if (motion_ == 0 && tip_control_) danger("a rapid carries linear axes under tip control");
     if (machine_ == Machine::siemens_lathe && !radius_) danger("X moves in diameters");
-    if (codes.moves("ZW") && !offset_) danger("Z moves without a length offset");
+    const char* offset = isLathe() ? "XZUW" : "Z";  // a tool of a lathe is long along X too
+    if (codes.moves(offset) && !offset_) danger("a move without the offset of a tool");
     if (linear && !codes.moves("ZW") && !retracted_ && !height_known_) danger("X and Y move at an unknown height");
     if (linear) go(codes, measures);
     if (!rotary) return;

@@ -443,7 +443,7 @@ TEST(Safety, TakesATurretToItsReferencePointAndItsToolWithTheOffset) {
   EXPECT_THAT(text, testing::AllOf(HasSubstr("\nG28 W0\nG28 U0\nT0707\nG18 G21 G40 G80\nG54 G98 G61\nG1 X2.000 F"),
                                    HasSubstr("\nG64\nG99\nM30\n"), Not(HasSubstr("G43")), Not(HasSubstr("M6\n"))));
   EXPECT_THAT(written(casesOfLathe()[0], siemensLathe()),
-              HasSubstr("\nG0 SUPA Z0.000 D0\nT7\nG18 G710 G40\nG54 G90 G94 G60\nTRANS\nDIAMOF\nG1 X1.000 F"));
+              HasSubstr("\nG0 SUPA Z0.000 D0\nT7\nD1\nG18 G710 G40\nG54 G90 G94 G60\nTRANS\nDIAMOF\nG1 X1.000 F"));
 }
 
 TEST(Safety, RefusesWhatAnEarlierProgramHasLeftActiveOnALathe) {
