@@ -133,7 +133,7 @@ std::string promptFor(const Plan& plan, std::size_t step) {
     text += " with the shank, " + number(wanted.touch.shank_height_mm) + " mm above the centre of the stylus ball";
   if (wanted.touch.retract_direction != wanted.touch.outward_normal) text += approachOf(wanted);
   text += ", " + number(wanted.overtravel_mm) + " mm deep, " + motionOf(wanted) +
-          number(wanted.touch.retract_speed_mm_s) + " mm/s until " + number(kRunOut_mm) +
+          number(wanted.touch.retract_speed_mm_s) + " mm/s until " + number(wanted.run_out_mm) +
           " mm beyond the clearance of " + number(wanted.clearance_mm) + " mm";
   if (step == 0) text += ofOneSpeed(plan);
   return text;
