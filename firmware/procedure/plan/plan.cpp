@@ -206,6 +206,7 @@ void takeReadings(Plan& plan, ProbeKind probe) {
       if (step.kind != Kind::in_out) continue;
       step.touch.outward_normal = step.touch.retract_direction = {0, 0, 1};
       step.run_out_mm = kDistanceRunOut_mm;
+      step.by_distance = true;
     }
   }
   if (probe != ProbeKind::trigger) return;

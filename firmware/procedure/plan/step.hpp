@@ -34,6 +34,7 @@ struct Step {
   double overtravel_mm{};
   double clearance_mm{};
   double run_out_mm{kRunOut_mm};
+  bool by_distance{};  // the surface is where the probe, which does not touch, is in the middle of its range
 };
 // What the machine is asked to do in such a step.
 probebox::Step asked(const Step& step);
