@@ -69,6 +69,11 @@ published::ReceiverStatus receiverOf(const ProbeClock& clock) {
           .bad_packets = 0};
 }
 
+procedure::ProbeKind probeKindOf(const BoxConfig& config) {
+  if (config.probe_switch_line) return procedure::ProbeKind::trigger;
+  return config.probe_reads_distances ? procedure::ProbeKind::distance : procedure::ProbeKind::scanning;
+}
+
 }  // namespace
 
 std::optional<Error> validateActivation(const BoxConfig& config, std::span<const Event> result) {
@@ -93,15 +98,6 @@ std::optional<Error> validate(const BoxConfig& config) {
   }
   return std::nullopt;
 }
-
-namespace {
-
-procedure::ProbeKind probeKindOf(const BoxConfig& config) {
-  if (config.probe_switch_line) return procedure::ProbeKind::trigger;
-  return config.probe_reads_distances ? procedure::ProbeKind::distance : procedure::ProbeKind::scanning;
-}
-
-}  // namespace
 
 Box::Box(const BoxConfig& config, Outputs& outputs)
     : config_{config},
