@@ -199,6 +199,8 @@ Outcome<Descriptions> load(const Reader& reader, bool emulated) {
     checkTravel(*all.world, all.machine, reading);
     if (all.probe.by_switch && !all.world->touch_trigger)
       all.world->touch_trigger = usualTouchTrigger(*all.probe.by_switch);
+    all.world->distance_probe = all.probe.by_distance;
+    if (all.probe.by_distance) all.world->sphere.stylus_ball_radius_mm = 0;
   }
   if (!emulated && all.machine.like_sim)
     reading.add(

@@ -9,6 +9,8 @@ namespace {
 // Least overtravel of a touch-trigger probe, for lines through the positions about an edge.
 constexpr double kLeastOfSwitch_mm = 0.3;
 
+constexpr Matrix3 kUnitGain{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+
 bool singular(const Matrix3& m) {
   const double determinant = m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
                              m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
@@ -27,7 +29,7 @@ void readChannels(Section& section, Probe& probe) {
 }
 
 void readSwitch(Section& section, Probe& probe) {
-  probe.gain = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+  probe.gain = kUnitGain;
   probe.rate_hz = 1000;
   readKeys(section, probe.by_switch.emplace());
   for (const auto* key : {"rate_hz", "noise_um", "gain"})
@@ -35,26 +37,44 @@ void readSwitch(Section& section, Probe& probe) {
       section.problem(key, "is of a scanning probe: remove it, because a touch-trigger probe has no channels");
 }
 
+void readDistance(Section& section, Probe& probe) {
+  probe.gain = kUnitGain;
+  Probe::sampleKeys(probe, KeyReader{section});
+  readKeys(section, probe.by_distance.emplace());
+  probe.deflection_limit_mm = probe.by_distance->range_mm;
+  for (const auto* key : {"gain", "deflection_limit_mm", "trigger", "repeatability_um"})
+    if (section.has(key)) section.problem(key, "is of a probe that touches: remove it, or correct kind");
+}
+
+void readStylus(Section stylus, Probe& probe) {
+  Probe::stylusKeys(probe, KeyReader{stylus});
+  if (stylus.has("name")) probe.stylus = stylus.text("name");
+  stylus.finish();
+}
+
 Probe readProbe(Section& root) {
   Probe probe;
   auto section = root.section("probe");
   probe.serial_number = section.text("serial_number");
-  const bool is_trigger = section.choice("kind", {"scanning", "trigger"}, 0) == 1;
+  const auto kind = section.choice("kind", {"scanning", "trigger", "distance"}, 0);
+  const bool is_trigger = kind == 1, touches = kind != 2;
   if (is_trigger)
     readSwitch(section, probe);
-  else
+  else if (touches)
     readChannels(section, probe);
-  Probe::limitKey(probe, KeyReader{section});
+  else
+    readDistance(section, probe);
+  if (touches) Probe::limitKey(probe, KeyReader{section});
   if (is_trigger && section.good("deflection_limit_mm") && probe.deflection_limit_mm < kLeastOfSwitch_mm)
     section.problem("deflection_limit_mm",
                     "is below 0.3, and a touch with a switch needs an overtravel of 0.3 mm: give what the probe bears, "
                     "0.3 or more");
   section.finish();
 
-  auto stylus = root.section("stylus");
-  Probe::stylusKeys(probe, KeyReader{stylus});
-  if (stylus.has("name")) probe.stylus = stylus.text("name");
-  stylus.finish();
+  if (touches)
+    readStylus(root.section("stylus"), probe);
+  else if (root.sectionIfThere("stylus"))
+    root.problem("stylus", "is of a probe that touches: remove it, or correct kind in [probe]");
 
   probe.certificate = read<Certificate>(root.section("certificate", false));
   return probe;

@@ -31,10 +31,22 @@ struct ProbeSwitch {
   }
 };
 
+// A probe that does not touch, and reads how far off a surface is along its axis.
+struct ProbeDistance {
+  double stand_off_mm{}, range_mm{};
+
+  static constexpr void keys(auto& self, auto&& key) {
+    key("stand_off_mm", self.stand_off_mm, within(0.01, 1000), "from its face to a surface in the middle of its range");
+    key("range_mm", self.range_mm, within(0.3, 100), "of a reading, to either side of that");
+  }
+};
+
 struct Probe {
   std::string serial_number;
   // For a touch-trigger probe, which has no channels: gain, rate and noise below then have no meaning.
   std::optional<ProbeSwitch> by_switch;
+  // For a probe that does not touch: channel a is its distance, the gain has no meaning, and the ball has no size.
+  std::optional<ProbeDistance> by_distance;
   Matrix3 gain{};
   double rate_hz{}, noise_um{}, deflection_limit_mm{}, ball_diameter_mm{};
   std::optional<double> sd_ball_diameter_mm;
@@ -44,9 +56,12 @@ struct Probe {
   // Results belong to probe and stylus together: those of one stylus do not hold for another.
   std::string name() const { return serial_number + (stylus.empty() ? "" : ", stylus " + stylus); }
 
-  static constexpr void channelKeys(auto& self, auto&& key) {
+  static constexpr void sampleKeys(auto& self, auto&& key) {
     key("rate_hz", self.rate_hz, within(10, 1e6), "nominal rate of the samples");
     key("noise_um", self.noise_um, within(1e-4, 1000), "of one sample of one channel (k = 1)");
+  }
+  static constexpr void channelKeys(auto& self, auto&& key) {
+    sampleKeys(self, key);
     key("gain", self.gain, within(-1000, 1000),
         "mm of deflection in machine axes per mm of the channels a, b, c: (A3)");
   }

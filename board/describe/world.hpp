@@ -546,6 +546,7 @@ struct World {
   WorldProbe probe;
   std::optional<WorldTouchTrigger> touch_trigger;
   WorldSphere sphere;
+  std::optional<ProbeDistance> distance_probe;  // in place of the one that touches, as probe.toml describes it
   // Parts without a description do not exist; the spindles are there, without balls and with one tool.
   std::array<std::optional<WorldPlates>, 3> plates;  // across X, Y, Z
   std::optional<WorldCylinder> cylinder;

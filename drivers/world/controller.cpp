@@ -349,6 +349,11 @@ void Controller::answered(bool taken) {
 
 // The skip input tells where the surface is, and the overtravel counts from there.
 void Controller::approach() {
+  if (config_.known.distance_probe) {  // meets nothing, so the way counts from where the surface ought to be
+    depth_mm_ = step_.overtravel_mm;
+    machine_.moveTo(outOfSurface(-depth_mm_), step_.nominal_speed_mm_s, now_);
+    return;
+  }
   const double search_mm = config_.safe_distance_mm;
   const bool met = machine_
                        .moveUntilContact(outOfSurface(-step_.overtravel_mm - search_mm), step_.nominal_speed_mm_s, now_,

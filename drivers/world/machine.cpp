@@ -20,6 +20,7 @@ Machine::Machine(const Config& config, std::uint64_t seed)
       body_sway_{config, Vibrates::body, config.axes.drift},
       motion_{config.axes.home_mm, config.axes.lost_motion_mm},
       commanded_mm_{config.axes.home_mm},
+      reads_distances_{config.distance_probe.has_value()},
       solids_{config},
       stylus_{config, body_sway_},
       random_{seed, RandomStream::machine},
@@ -38,7 +39,7 @@ Machine::Machine(const Config& config, std::uint64_t seed)
 
 // The part of a straight move after which something is met.
 std::optional<double> Machine::shareUntilMet(const Move& move) const {
-  if (hold_.is_head || move.length_mm == 0) return std::nullopt;
+  if (hold_.touches_nothing || move.length_mm == 0) return std::nullopt;
   if (touching()) return 0;
   std::optional<double> share;
   forEachWay(move, [&](const Move& way) {
@@ -67,7 +68,7 @@ void Machine::forEachWay(const Move& move, Take take) const {
 
 void Machine::carry(const Move& move) {
   forEachWay(move, [this](const Move& way) {
-    if (hold_.is_head && comesFromAside(way)) ++crashes_;
+    if (hold_.touches_nothing && comesFromAside(way)) ++crashes_;
     stylus_.follow(way, solids_, hold_);
   });
 }
@@ -367,6 +368,16 @@ bool Machine::comesFromAside(const Move& move) const {
   return meeting && dot(meeting->normal, hold_.turned * Vector3{0, 0, 1}) < kAlong;
 }
 
+double Machine::distanceAt(MonoTime at, double delay_s, double stand_off_mm) const {
+  const Vector3 looks = hold_.turned * Vector3{0, 0, -1};
+  Move ray;
+  ray.from = bodyAt(at, delay_s) + hold_.tip - stand_off_mm * looks;
+  ray.direction = looks;
+  ray.length_mm = 2 * stand_off_mm;
+  const auto met = solids_.meet(ray, 0);
+  return met ? met->distance_mm : ray.length_mm;
+}
+
 // The first one for a number that is not there.
 board::WorldTool Machine::toolOf(std::uint32_t number) const {
   const auto found = std::ranges::find(further_tools_, number, &board::WorldTool::number);
@@ -412,7 +423,7 @@ Hold Machine::holdAt(const Pose& pose, const board::WorldTool& tool) const {
             .turned = swivelled * rotation(probe_spindle_.direction, pose.a_rad),
             .tool_radius_mm = tool.radius_mm,
             .nose = tool.nose,
-            .is_head = tool.head.has_value(),
+            .touches_nothing = tool.head.has_value() || (reads_distances_ && !tool.radius_mm),
             .pre_travel = tool.length_mm / probe_spindle_.stylus_length_mm};
   if (const auto& shank = tool.shank) {
     const double length_mm = shank->to_mm - shank->from_mm;

@@ -143,6 +143,9 @@ class Machine {
   std::optional<HeadReading> headReadingAt(MonoTime at, double delay_s) const {
     return sensor_head_.reading(bodyAt(at, delay_s), at, delay_s);
   }
+  // Returns how far off a surface is along the axis of a probe that does not touch, from its face, whose middle of the
+  // range is where a stylus would have its ball; at most twice as far.
+  double distanceAt(MonoTime at, double delay_s, double stand_off_mm) const;
   const Stylus& stylus() const { return stylus_; }
   // Returns the stylus ball with that tool at an ideal stop of the pose, relative to positionAt().
   Vector3 tipIn(const Pose& pose, std::uint32_t tool) const { return holdAt(pose, toolOf(tool)).tip; }
@@ -196,6 +199,7 @@ class Machine {
   MotionHistory motion_;
   Drives drives_;
   Vector3 commanded_mm_;
+  bool reads_distances_;
   Solids solids_;
   Stylus stylus_;
   SensorHead sensor_head_;

@@ -63,7 +63,7 @@ Place besideLine(const board::World& known, const Prompt& step, const Vector3& t
   return {Place::Shape::gap, on_line + step.travel_mm * step.outward_normal - tip, 0, {}};
 }
 
-// Which way round plates, cylinder or cube are touched: across the axis that the normal is along.
+// Returns the axis that a normal is along.
 std::size_t axisAlong(const Vector3& normal) {
   const auto most = std::ranges::max_element(normal, {}, [](double component) { return std::abs(component); });
   return static_cast<std::size_t>(most - normal.begin());

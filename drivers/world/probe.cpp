@@ -6,6 +6,7 @@
 namespace probebox::world {
 Probe::Probe(const Config& config, std::uint64_t seed)
     : config_{config.probe},
+      distance_{config.distance_probe},
       zero_{config, Vibrates::probe, config.probe.drift},
       samples_{!config.touch_trigger},
       tau_s_{config.delays.tau_probe_s},
@@ -27,14 +28,24 @@ bool Probe::take(Event& event, const Machine& machine, const FaultSchedule& faul
   Deflection deflection{
       .sequence = static_cast<std::uint32_t>(sample_), .channels_nm = {}, .clipped = false, .at = nextAt()};
   const auto head = machine.headReadingAt(deflection.at, tau_s_);
-  const Vector3 channels_mm =
-      head ? head->sensors_mm : channels(machine.probeDisplacementAt(deflection.at, tau_s_), deflection.at);
-  const double range_mm = head ? head->range_mm : config_.range_mm;
-  for (std::size_t i = 0; i < channels_mm.size(); ++i) {
+  const bool by_distance = distance_ && !head;
+  Vector3 channels_mm{}, middle_mm{};
+  double range_mm = config_.range_mm;
+  if (head) {
+    channels_mm = head->sensors_mm;
+    range_mm = head->range_mm;
+  } else if (by_distance) {
+    middle_mm[0] = distance_->stand_off_mm;
+    channels_mm[0] = machine.distanceAt(deflection.at, tau_s_, middle_mm[0]);
+    range_mm = distance_->range_mm;
+  } else {
+    channels_mm = channels(machine.probeDisplacementAt(deflection.at, tau_s_), deflection.at);
+  }
+  for (std::size_t i = 0; i < (by_distance ? 1 : channels_mm.size()); ++i) {
     const double noise_um =
         (head ? head->noise_um : config_.noise_um) * (faults.active(FaultKind::probe_noisy, deflection.at) ? 100 : 1);
     const double read_mm = channels_mm[i] + 1e-3 * noise_um * random_.normal();
-    const double clipped_mm = std::clamp(read_mm, -range_mm, range_mm);
+    const double clipped_mm = std::clamp(read_mm, middle_mm[i] - range_mm, middle_mm[i] + range_mm);
     deflection.clipped |= clipped_mm != read_mm;
     deflection.channels_nm[i] = static_cast<std::int32_t>(std::lround(1e6 * clipped_mm));
   }

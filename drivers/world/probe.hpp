@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <optional>
 
 #include "drivers/world/config.hpp"
 #include "drivers/world/fault_schedule.hpp"
@@ -12,8 +13,8 @@
 
 namespace probebox::world {
 
-// Samples the scanning probe's channels, or the sensors of a head instead, at their own rate, late by the probe's
-// delay.
+// Samples the scanning probe's channels, the distance of a probe that does not touch, or the sensors of a head instead,
+// at their own rate, late by the probe's delay.
 class Probe {
  public:
   Probe(const Config& config, std::uint64_t seed);
@@ -27,6 +28,7 @@ class Probe {
   Vector3 channels(const Vector3& displacement_mm, MonoTime at);
 
   board::WorldProbe config_;
+  std::optional<board::ProbeDistance> distance_;  // of one that does not touch
   Sway zero_;
   Vector3 felt_{};  // displacement as it was shown last: behind the true one by half of the hysteresis
   bool samples_;

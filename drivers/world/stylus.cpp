@@ -35,7 +35,7 @@ Stylus::Stylus(const Config& config, Sway sway)
 void Stylus::follow(const Move& move, const Solids& solids, const Hold& hold) {
   const Move way = wayOf(move, hold);
   const double free_from_mm = release(way);
-  if (free_from_mm >= way.length_mm || hold.is_head) return;
+  if (free_from_mm >= way.length_mm || hold.touches_nothing) return;
   const auto found = meeting(move, free_from_mm, solids, hold);
   if (!found) return;
   const double time_s = way.timeAt(found->distance_mm);

@@ -91,7 +91,7 @@ struct Hold {
   Matrix3 turned{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   std::optional<double> tool_radius_mm{};  // of a tool instead of the probe
   bool nose{};                             // about the tip, and not above it
-  bool is_head{};                          // a sensor head, which touches nothing
+  bool touches_nothing{};                  // a sensor head, or a probe that reads distances
   std::optional<Shank> shank{};            // above the stylus' ball
   double pre_travel{1};                    // of its switch, over that with the first tool
 };

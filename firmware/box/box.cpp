@@ -69,6 +69,11 @@ published::ReceiverStatus receiverOf(const ProbeClock& clock) {
           .bad_packets = 0};
 }
 
+procedure::ProbeKind probeKindOf(const BoxConfig& config) {
+  if (config.probe_switch_line) return procedure::ProbeKind::trigger;
+  return config.probe_reads_distances ? procedure::ProbeKind::distance : procedure::ProbeKind::scanning;
+}
+
 }  // namespace
 
 std::optional<Error> validateActivation(const BoxConfig& config, std::span<const Event> result) {
@@ -102,8 +107,7 @@ Box::Box(const BoxConfig& config, Outputs& outputs)
       control_clock_{config.control_clock},
       latch_{config.latch},
       common_stamps_{{config.latch.axes[0].interval, config.latch.axes[1].interval, config.latch.axes[2].interval}},
-      procedure_{config.methods, config.capture, config.mm_per_count,
-                 config.probe_switch_line ? procedure::ProbeKind::trigger : procedure::ProbeKind::scanning},
+      procedure_{config.methods, config.capture, config.mm_per_count, probeKindOf(config)},
       corrections_{config.corrections},
       block_{config.block_samples, static_cast<std::uint16_t>(config.latch.samples_per_tick)} {
   // Lines count their edges from 1: what is missing before the first one that comes is lost too.

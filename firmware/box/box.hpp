@@ -38,7 +38,8 @@ struct BoxConfig {
   bool counts_have_own_stamps{};                             // axes are read one by one, and not latched together
   procedure::LiveMethods methods{procedure::liveMethods()};  // that can be run
   std::optional<std::uint8_t> tool_setter_line;              // number of a line with the role trigger
-  std::optional<std::uint8_t> probe_switch_line;             // the same for a touch-trigger probe; empty: it scans
+  std::optional<std::uint8_t> probe_switch_line;             // the same for a touch-trigger probe; empty: it samples
+  bool probe_reads_distances{};                              // and does not touch
   std::uint32_t block_samples = 128;
   Nanoseconds block_age = std::chrono::milliseconds{100};  // a block is closed at this age even when it is not full
 };

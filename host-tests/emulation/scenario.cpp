@@ -78,6 +78,7 @@ box::BoxConfig usualBox(const world::Config& config) {
   box.has_y = config.machine.has_y;
   box.corrections = app::correctionsConfig(describedFor(config).machine);
   box.tool_setter_line = board::lineOfToolSetter(sim().box, sim().machine);
+  box.probe_reads_distances = config.distance_probe.has_value();
   if (config.touch_trigger) {
     box.latch.probe.interval = {};
     box.probe_switch_line = std::uint8_t{0};
@@ -159,6 +160,8 @@ world::ControllerConfig controllerOf(const world::Config& config) {
   auto& known = controller.known;
   known.part_spindle.balls_mm = config.part_spindle.balls_mm;
   known.part_spindle.further_mounts = config.part_spindle.further_mounts;
+  known.distance_probe = config.distance_probe;
+  if (config.distance_probe) known.sphere.stylus_ball_radius_mm = 0;
   if (known.cylinder && config.cylinder) known.cylinder->wall_mm = config.cylinder->wall_mm;
   // And that a tool is one for turning.
   for (const auto& tool : config.further_tools) {

@@ -112,7 +112,10 @@ class Contact {
 
  private:
   // The controller goes by the nominal sphere.
-  Vector3d drivenFrom() const { return scene_.centre_mm + scene_.aim_mm + scene_.extent_mm(normal_) * normal_; }
+  Vector3d drivenFrom() const {
+    const Vector3d beside = scene_.aim_mm - scene_.aim_mm.dot(normal_) * normal_;
+    return scene_.centre_mm + beside + scene_.extent_mm(normal_) * normal_;
+  }
   Vector3d surfaceAt(double t) const { return surface_ + (begins_s_ + t) / 60.0 * scene_.errors.drift_mm_min; }
   Vector3d stuckAt(double t) const { return stuck_ + (t - met_) / 60.0 * scene_.errors.drift_mm_min; }
   double depth(double t, const Vector3d& of) const { return normal_.dot(of - body(t)); }
@@ -259,7 +262,7 @@ Scene cube() {
   Scene scene = knownSphere();
   scene.method = "delay-cube";
   scene.half_edges_mm = {13.0, 15.0, 12.0};
-  scene.aim_mm = {0.11, -0.13, 0.12};
+  scene.aim_mm = {3.0, -2.0, 2.5};
   return scene;
 }
 

@@ -52,7 +52,7 @@ struct Scene {
   double approach_rad{0.0};  // between drive and normal, in a random direction; the tip does not slide
   double radius_mm{15.5};    // effective; negative for touches from within, the normals pointing inwards
   Eigen::Vector3d half_edges_mm{0.0, 0.0, 0.0};  // of a box in its place, effective
-  Eigen::Vector3d aim_mm{0.0, 0.0, 0.0};         // by which the drives go beside the middle, where surfaces are flat
+  Eigen::Vector3d aim_mm{0.0, 0.0, 0.0};         // by which drives pass the middle of a flat face, across its normal
   Eigen::Vector3d centre_mm{0.0, 0.0, 0.0};
   Eigen::Matrix3d gain{Eigen::Matrix3d::Identity()};  // A of (A3)
   // Of a machine with three joints: their positions for a place of the tip; the machine's rows then hold those.

@@ -21,6 +21,8 @@ struct ProbeInUse {
   double ball_diameter_mm{};
   double sd_ball_diameter_mm{};
   double deflection_limit_mm{};
+  double stand_off_mm{};
+  double range_mm{};
   static constexpr void fields(auto& self, auto&& field) {
     field("name", self.name, "name and serial number, with the stylus where styli are exchanged");
     field("switches", self.switches, "1 for a touch-trigger probe, which delivers no samples");
@@ -29,6 +31,9 @@ struct ProbeInUse {
     field("ball_diameter_mm", self.ball_diameter_mm, "mm, of the stylus ball");
     field("sd_ball_diameter_mm", self.sd_ball_diameter_mm, "mm, sd of that diameter");
     field("deflection_limit_mm", self.deflection_limit_mm, "mm, the most overtravel of a touch; 0: not stated");
+    field("stand_off_mm", self.stand_off_mm,
+          "mm, of a probe that does not touch: distance in the middle of its range; 0: it touches");
+    field("range_mm", self.range_mm, "mm, of such a probe, to either side of that");
   }
 };
 

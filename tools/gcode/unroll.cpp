@@ -180,7 +180,7 @@ std::optional<Error> whyNot(const procedure::Plan& plan, const Setting& setting)
 // Refuses a safe height that the way round a feature, or the step itself, goes beyond.
 std::optional<Error> whyTooLow(const Step& step, const Place& place, const Setting& setting) {
   const double surface_mm = surfaceOf(step, place, setting).z();
-  const double beyond_mm = (step.clearance_mm + procedure::kRunOut_mm) * step.touch.retract_direction[2];
+  const double beyond_mm = (step.clearance_mm + step.run_out_mm) * step.touch.retract_direction[2];
   const double top_mm = std::max(place.centre_mm.z() + 1.2 * place.keep_out_mm,
                                  step.kind == Kind::hold ? surface_mm : surface_mm + beyond_mm);
   if (*setting.safe_z_mm > top_mm) return std::nullopt;
@@ -371,7 +371,7 @@ class Unroller {
       blocks_.push_back(Contact{true});
       press(surface - step.overtravel_mm * retract, feed, step);
       if (step.kind == Kind::touch) blocks_.push_back(Wait{kDwell_s});
-      press(surface + (step.clearance_mm + procedure::kRunOut_mm) * retract, feed, step);
+      press(surface + (step.clearance_mm + step.run_out_mm) * retract, feed, step);
       blocks_.push_back(Contact{false});
       blocks_.push_back(Wait{kAfter_s});
     }

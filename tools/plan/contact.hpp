@@ -56,7 +56,7 @@ class Contact {
         surface_{surface},
         dwell_s_{step.kind == procedure::Kind::in_out ? 0 : set_up.dwell_s},
         in_{step.clearance_mm + step.overtravel_mm, step.touch.retract_speed_mm_s, set_up.acceleration_mm_s2},
-        out_{step.clearance_mm + step.overtravel_mm + procedure::kRunOut_mm, step.touch.retract_speed_mm_s,
+        out_{step.clearance_mm + step.overtravel_mm + step.run_out_mm, step.touch.retract_speed_mm_s,
              set_up.acceleration_mm_s2} {}
 
   double duration() const { return 2 * kLead_s + in_.duration() + dwell_s_ + out_.duration(); }

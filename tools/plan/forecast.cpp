@@ -35,8 +35,7 @@ std::unique_ptr<procedure::Plan> planOf(const procedure::LiveMethod& method, con
                                         const SetUp& set_up) {
   auto plan = std::make_unique<procedure::Plan>();  // large
   procedure::fill(*plan, method, options);
-  procedure::takeReadings(
-      *plan, set_up.switch_repeatability_um ? procedure::ProbeKind::trigger : procedure::ProbeKind::scanning);
+  procedure::takeReadings(*plan, procedure::probeKindOf(factsOf(set_up, options.tool)));
   return plan;
 }
 

@@ -22,6 +22,7 @@ struct SetUp {
   double probe_noise_um{0.4};                // the same, of one channel
   // sd (k = 1) of the depth at which a touch-trigger probe switches; empty: a scanning probe.
   std::optional<double> switch_repeatability_um{};
+  std::optional<procedure::DistanceProbe> distance_probe{};  // one that does not touch
   double sd_pre_travel_um{0.15};  // sd of each component of its pre-travel in force, where none of these is
   std::vector<procedure::PreTravel> pre_travels{};  // of all parts 0, because the simulated switch has none to take out
 

@@ -171,6 +171,7 @@ procedure::Facts factsOf(const SetUp& set_up, std::uint32_t tool) {
   facts.tool_setter = toolSetter(set_up);
   facts.tools = toolsOf(set_up, tool);
   facts.sensor_head = sensorHead(set_up);
+  facts.distance_probe = set_up.distance_probe;
   if (set_up.switch_repeatability_um) facts.trigger_probe = triggerProbe(set_up, facts.carriers());
   return facts;
 }

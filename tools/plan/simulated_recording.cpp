@@ -188,8 +188,13 @@ bool SimulatedRecording::touch(const procedure::Step& step) {
   if (step.touch.by_edges) {
     switches(touch, contact);
   } else {
+    const Vector3d surface = surfaceOf(step), n = vectorOf(step.touch.outward_normal);
+    const auto channels = [&](double t) -> Vector3d {
+      if (!facts_.distance_probe) return contact.deflection(t);
+      return {facts_.distance_probe->stand_off_mm + n.dot(contact.body(t) - surface), 0, 0};
+    };
     fits = fits && sample(set_up_.probe_rate_hz, contact.duration(),
-                          [&](double t) { return probeRow(t, contact.deflection(t) + noise(set_up_.probe_noise_um)); });
+                          [&](double t) { return probeRow(t, channels(t) + noise(set_up_.probe_noise_um)); });
   }
   return end(touch, contact.duration()) && fits;
 }

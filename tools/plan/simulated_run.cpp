@@ -63,8 +63,8 @@ double durationOf(const procedure::Step& step, const SetUp& set_up) {
 SimulatedRun simulatedRun(const procedure::LiveMethod& method, const ProcedureOptions& options, const SetUp& asked,
                           std::uint64_t seed) {
   const SetUp set_up = withProbeFor(method, asked);
-  const auto probe = set_up.switch_repeatability_um ? procedure::ProbeKind::trigger : procedure::ProbeKind::scanning;
   const procedure::Facts facts = factsOf(set_up, options.tool);
+  const auto probe = procedure::probeKindOf(facts);
   const auto plan = std::make_unique<procedure::Plan>();  // large
   procedure::fill(*plan, method, options);
   procedure::takeReadings(*plan, probe);

@@ -81,7 +81,7 @@ std::optional<Error> whyTooSlow(const procedure::LiveMethod& method, const Proce
                                 const procedure::Facts& facts, const procedure::Rates& measured) {
   const auto plan = std::make_unique<procedure::Plan>();
   procedure::fill(*plan, method, options);
-  procedure::takeReadings(*plan, facts.trigger_probe ? procedure::ProbeKind::trigger : procedure::ProbeKind::scanning);
+  procedure::takeReadings(*plan, procedure::probeKindOf(facts));
   if (auto error = procedure::whyTooSlow(*plan, facts, measured)) return error;
   return procedure::whyTooLongToRecord(*plan, measured);
 }
@@ -302,7 +302,9 @@ Reply ControlRequestHandler::startProcedure(const board::Access& may, std::span<
   if (!deps_.commands.push(started)) return refused(ErrorCode::busy, "The box is busy: try again.");
   last_run_ = started.run;
   options_ = options;
+  probe_ = procedure::probeKindOf(facts);
   procedure::fill(plan_, *method, options_);
+  procedure::takeReadings(plan_, probe_);
   return ok(messages::StartProcedure::Answer{.run = last_run_});
 }
 

@@ -112,8 +112,9 @@ class ControlRequestHandler {
   Dependencies deps_;
   std::function<void(Reply)> reply_later_;
   std::uint32_t last_run_{};
-  // Plan of the last run; only this class starts runs.
+  // Plan of the last run, and the probe that it was made for; only this class starts runs.
   procedure::Plan plan_;
+  procedure::ProbeKind probe_{};
   ProcedureOptions options_;
 };
 

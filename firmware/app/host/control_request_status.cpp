@@ -107,6 +107,7 @@ Reply ControlRequestHandler::describeStatus(const box::State& state, const LinkV
 void ControlRequestHandler::followLoops(const procedure::Progress& progress) {
   if (progress.run != last_run_ || progress.loops == plan_.loops) return;
   procedure::fill(plan_, *plan_.method, options_, progress.loops);
+  procedure::takeReadings(plan_, probe_);
 }
 
 std::string ControlRequestHandler::procedureInWords(const box::State& state) const {

@@ -7,13 +7,16 @@ namespace {
 
 messages::ProbeInUse probeInUse(const MachineNames& names, const procedure::Facts& facts) {
   const auto& by_switch = facts.trigger_probe;
+  const auto distance = facts.distance_probe.value_or(procedure::DistanceProbe{});
   return {.name = names.probe,
           .switches = by_switch.has_value(),
           .repeatability_um = by_switch ? 1e3 * by_switch->repeatability_mm : 0,
           .noise_um = by_switch ? 0 : names.probe_noise_um,
           .ball_diameter_mm = facts.stylus_ball_diameter_mm,
           .sd_ball_diameter_mm = facts.sd_stylus_ball_diameter_mm.value_or(0),
-          .deflection_limit_mm = names.deflection_limit_mm};
+          .deflection_limit_mm = names.deflection_limit_mm,
+          .stand_off_mm = distance.stand_off_mm,
+          .range_mm = distance.range_mm};
 }
 
 }  // namespace

@@ -92,6 +92,7 @@ box::BoxConfig boxConfig(const board::Descriptions& descriptions) {
   // The emulated machine has none.
   if (!isEmulated(descriptions)) config.corrections.inhibit_lines = descriptions.box.inhibits.size();
   config.tool_setter_line = board::lineOfToolSetter(descriptions.box, descriptions.machine);
+  config.probe_reads_distances = descriptions.probe.by_distance.has_value();
   config.probe_switch_line = board::lineOfProbeSwitch(descriptions.box, descriptions.probe);
   config.block_samples = descriptions.service.stream.block_samples;
   return config;
@@ -122,7 +123,7 @@ messages::Descriptor wireDescriptor(const board::Descriptions& descriptions, con
   descriptor.nominal_tick_period_ns = descriptions.box.sync_period.count();
   descriptor.samples_per_tick = static_cast<std::uint16_t>(descriptions.box.samples_per_tick);
   descriptor.gain = descriptions.probe.gain;
-  descriptor.tip.has_deflection = !descriptions.probe.by_switch;
+  descriptor.tip.has_deflection = !descriptions.probe.by_switch && !descriptions.probe.by_distance;
   descriptor.tip.ball_radius_mm = descriptions.probe.ball_diameter_mm / 2;
   descriptor.tip.noise_nm = 1e3 * descriptions.probe.noise_um;
   const auto formats = box::channelFormats();

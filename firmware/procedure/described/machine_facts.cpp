@@ -246,6 +246,8 @@ Facts factsOf(const board::Descriptions& descriptions) {
   facts.sd_stylus_ball_diameter_mm = probe.sd_ball_diameter_mm;
   facts.gain = probe.gain;
   facts.trigger_probe = triggerProbe(probe);
+  if (const auto& distance = probe.by_distance)
+    facts.distance_probe = DistanceProbe{.stand_off_mm = distance->stand_off_mm, .range_mm = distance->range_mm};
   return facts;
 }
 

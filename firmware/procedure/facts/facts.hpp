@@ -188,6 +188,12 @@ struct TriggerProbe {
   std::vector<PreTravel> pre_travels{};  // one a tool
 };
 
+// A probe that does not touch: channel a is the distance from its face.
+struct DistanceProbe {
+  double stand_off_mm{};  // in the middle of its range
+  double range_mm{};      // to either side
+};
+
 // Certificate of the datum sphere.
 struct SphereCertificate {
   std::string in_words;  // for the record of a measurement
@@ -263,7 +269,8 @@ struct Facts {
   std::optional<TurningAxis> turning_axis{};
   std::vector<ToolFacts> tools{};
   std::optional<SensorHead> sensor_head{};
-  std::optional<TriggerProbe> trigger_probe{};  // nothing: the probe scans
+  std::optional<TriggerProbe> trigger_probe{};    // nothing: the probe delivers samples
+  std::optional<DistanceProbe> distance_probe{};  // nothing: the probe touches
   std::vector<Requirement> requirements{};
 
   // Distance from the gauge line to the stylus ball of a tool that carries the probe; 0 for any other tool.

@@ -21,7 +21,7 @@ double recordedFor(const Step& step, double deflections_hz) {
     return 2 * (depth_mm / speed + std::min(clear_s, free_s + metrology::kWayAtAnEdge_mm / speed));
   // In by the overtravel, and out by so many of it.
   const double read_mm = metrology::RetractNeeds::kUntil * depth_mm;
-  const double out_mm = std::min(read_mm + free_s * speed, depth_mm + step.clearance_mm + kRunOut_mm);
+  const double out_mm = std::min(read_mm + free_s * speed, depth_mm + step.clearance_mm + step.run_out_mm);
   return std::min(clear_s, free_s) + (depth_mm + out_mm) / speed;
 }
 

@@ -72,6 +72,7 @@ struct LiveMethod {
   // Completes "METHOD ..." where a machine without Y cannot make the run or tell its result, with the remedy; empty
   // where it can.
   std::string_view why_no_y{};
+  bool by_distance{};         // a probe that does not touch gives the readings too
   bool cancels_pre_travel{};  // opposite touches and half turns of A cancel that of each tool: none has to be in force
   std::string_view steps;     // what the machine does, for the docs
   std::string_view steps_by_head{};   // with --head; empty: the method does not take it

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <span>
 #include <string>
 
 #include "firmware/procedure/plan/holds.hpp"
@@ -197,7 +198,20 @@ void fill(Plan& plan, const LiveMethod& method, const ProcedureOptions& options,
   for (std::size_t again = 0; again < touches; ++again) add(plan, Step{plan.steps[again]});
 }
 
+ProbeKind probeKindOf(const Facts& facts) {
+  if (facts.trigger_probe) return ProbeKind::trigger;
+  return facts.distance_probe ? ProbeKind::distance : ProbeKind::scanning;
+}
+
 void takeReadings(Plan& plan, ProbeKind probe) {
+  if (probe == ProbeKind::distance) {
+    for (auto& step : std::span{plan.steps}.first(plan.step_count)) {
+      if (step.kind != Kind::in_out) continue;
+      step.touch.outward_normal = step.touch.retract_direction = {0, 0, 1};
+      step.run_out_mm = kDistanceRunOut_mm;
+      step.by_distance = true;
+    }
+  }
   if (probe != ProbeKind::trigger) return;
   for (std::size_t i = 0; i < plan.step_count; ++i) {
     auto& step = plan.steps[i];

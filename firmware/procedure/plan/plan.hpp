@@ -21,11 +21,15 @@ std::optional<Error> outside(const char* what, double value, double from, double
 void fill(Plan& plan, const LiveMethod& method, const ProcedureOptions& options, const LoopState& loops);
 void fill(Plan& plan, const LiveMethod& method, const ProcedureOptions& options);
 
-// How a probe reports a contact: by samples of its deflection, or by a switch.
-enum class ProbeKind : std::uint8_t { scanning, trigger };
+// How a probe reports a surface: by samples of its deflection, by a switch, or by samples of the distance.
+enum class ProbeKind : std::uint8_t { scanning, trigger, distance };
+ProbeKind probeKindOf(const Facts& facts);
 
-// For a touch-trigger probe, converts the touches of a filled plan to touches by edges. Those of the tool-setting
-// device keep its edges. Does not allocate.
+// By which a drive towards a surface that is not touched goes on beyond its clearance, mm: it stays in the range.
+inline constexpr double kDistanceRunOut_mm = 0.2;
+
+// For a touch-trigger probe, converts the touches of a filled plan to touches by edges; those of the tool-setting
+// device keep its edges. One that reads distances drives along its axis, Z. Does not allocate.
 void takeReadings(Plan& plan, ProbeKind probe);
 
 }  // namespace probebox::procedure

@@ -134,8 +134,9 @@ std::string promptFor(const Plan& plan, std::size_t step) {
   if (wanted.touch.shank_height_mm > 0)
     text += " with the shank, " + number(wanted.touch.shank_height_mm) + " mm above the centre of the stylus ball";
   if (wanted.touch.retract_direction != wanted.touch.outward_normal) text += approachOf(wanted);
-  text += ", " + number(wanted.overtravel_mm) + " mm deep, " + motionOf(wanted) +
-          number(wanted.touch.retract_speed_mm_s) + " mm/s until " + number(kRunOut_mm) +
+  text += ", " + number(wanted.overtravel_mm) +
+          (wanted.by_distance ? " mm nearer than the middle of the probe's range, " : " mm deep, ") + motionOf(wanted) +
+          number(wanted.touch.retract_speed_mm_s) + " mm/s until " + number(wanted.run_out_mm) +
           " mm beyond the clearance of " + number(wanted.clearance_mm) + " mm";
   if (step == 0) text += ofOneSpeed(plan);
   return text;

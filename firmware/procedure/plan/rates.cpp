@@ -23,7 +23,7 @@ constexpr double kOfAMeasurement = 0.99;  // of the true rate: stamps jitter
 NeededRates ofTouch(const Step& step) {
   using Needs = metrology::RetractNeeds;
   const double speed = step.touch.retract_speed_mm_s, depth_mm = step.overtravel_mm;
-  const double way_mm = std::min(Needs::kUntil * depth_mm, depth_mm + step.clearance_mm + kRunOut_mm);
+  const double way_mm = std::min(Needs::kUntil * depth_mm, depth_mm + step.clearance_mm + step.run_out_mm);
   return {.positions_hz = Needs::kPositions * speed / (way_mm - Needs::kFrom * depth_mm),
           .deflections_hz = Needs::kDeflections * speed / ((Needs::kHighest - Needs::kLowest) * depth_mm)};
 }

@@ -59,6 +59,16 @@ std::optional<NotReady> whyNoTrigger(const LiveMethod& method, const Facts& fact
   return std::nullopt;
 }
 
+// Why a probe that does not touch cannot make the run; nothing where it can, or where none is used.
+std::optional<NotReady> whyNoContact(const LiveMethod& method, const Facts& facts, ReadBy by) {
+  const bool uses_probe = !method.of_screw && method.kind != Kind::hold && by != ReadBy::head;
+  if (!facts.distance_probe || !uses_probe || method.by_distance) return std::nullopt;
+  return NotReady{Obstacle::option,
+                  std::string{method.name()} +
+                      " touches, and the probe of probe.toml (kind = \"distance\") does not: delay-in-out measures its "
+                      "delay; for other methods describe a probe that touches."};
+}
+
 std::optional<Error> whyTooShort(const ProcedureOptions& asked) {
   if (asked.overtravel_mm != 0) {
     if (auto error = outside("An overtravel with a touch-trigger probe", asked.overtravel_mm, kLeastWay_mm, 100, "mm"))
@@ -108,6 +118,7 @@ Outcome<ProcedureOptions, NotReady> readied(const LiveMethod& method, const Proc
     if (byTrigger(method, readBy(asked)) == ByTrigger::refused) return *whyNoTrigger(method, facts, readBy(asked));
     if (const auto error = whyTooShort(asked)) return NotReady{Obstacle::option, error->what};
   }
+  if (const auto why = whyNoContact(method, facts, readBy(asked))) return *why;
   if (const auto why = whyNoY(method, asked, facts)) return *why;
   if (asked.head) {
     if (const auto why = whyNoHead(method, facts)) return *why;
@@ -143,6 +154,7 @@ Outcome<ProcedureOptions, NotReady> readied(const LiveMethod& method, const Proc
 
 std::optional<NotReady> whyUnready(const LiveMethod& method, const Facts& facts, bool delay_in_force, ReadBy by) {
   const std::string name{method.name()};
+  if (auto why = whyNoContact(method, facts, by)) return why;
   if (auto why = whyNoY(method, {}, facts)) return why;
   if (facts.trigger_probe) {
     if (auto why = whyNoTrigger(method, facts, by)) return why;

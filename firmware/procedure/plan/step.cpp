@@ -11,7 +11,7 @@ probebox::Step asked(const Step& step) {
           .nominal_speed_mm_s = touch.retract_speed_mm_s,
           .overtravel_mm = step.overtravel_mm,
           .clearance_mm = step.clearance_mm,
-          .run_out_mm = kRunOut_mm,
+          .run_out_mm = step.run_out_mm,
           .approach_direction = {-x, -y, -z},
           .kind = step.kind,
           .feature = step.feature,

@@ -13,8 +13,12 @@ using probebox::BMoves;
 using Feature = StepFeature;
 using Kind = StepKind;
 
+// Extra travel: braking earlier would shorten the constant-speed window.
+inline constexpr double kRunOut_mm = 1.5;
+inline constexpr double kLeastClearance_mm = 0.1;
+
 // One step of the machine. A touch: take the pose, move onto the surface against the retract direction up to the
-// overtravel, retract at constant speed to the clearance and kRunOut_mm beyond. A jog or sweep: move touch.travel_mm
+// overtravel, retract at constant speed to the clearance and run_out_mm beyond. A jog or sweep: move touch.travel_mm
 // along the outward normal in free space. A hold: stand with the head's centre at that distance from the ball's centre.
 // A scan: come onto the ball along its normal to the first depth of touch.scan, be marked there, follow its ways with
 // an exact stop after each, be marked again, and withdraw along the normal to the clearance.
@@ -29,13 +33,11 @@ struct Step {
   BMoves b_moves{};
   double overtravel_mm{};
   double clearance_mm{};
+  double run_out_mm{kRunOut_mm};
+  bool by_distance{};  // the surface is where the probe, which does not touch, is in the middle of its range
 };
 // What the machine is asked to do in such a step.
 probebox::Step asked(const Step& step);
-
-// Extra travel: braking earlier would shorten the constant-speed window.
-inline constexpr double kRunOut_mm = 1.5;
-inline constexpr double kLeastClearance_mm = 0.1;
 
 inline constexpr std::size_t kMostSteps = 160;
 

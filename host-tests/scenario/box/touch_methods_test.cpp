@@ -133,6 +133,31 @@ TEST(LiveInOut, FindsTheDelayWhenTheStylusBounces) {
   expectHonest(procedure::kDelayInOut);
 }
 
+// A probe that does not touch looks down on the sphere, beside whose top it comes: along Z that does not matter.
+TEST(LiveDistances, TellTheDelayOfZWithTheUncertaintyThatTheyState) {
+  Pulls pulls;
+  for (std::uint64_t seed = 1; seed <= kTouchSeeds; ++seed) {
+    world::Config config = touchWorld(seed, true);
+    config.distance_probe = board::ProbeDistance{.stand_off_mm = 20, .range_mm = 2};
+    config.sphere.stylus_ball_radius_mm = 0;
+    Scenario scenario{config, seed};
+    scenario.facts.distance_probe = procedure::DistanceProbe{.stand_off_mm = 20, .range_mm = 2};
+    scenario.facts.stylus_ball_diameter_mm = 0;
+    scenario.recorder().keeps_bytes = false;
+    scenario.run(2s);
+    const auto solved = scenario.calibrate(procedure::kDelayInOut);
+    ASSERT_TRUE(solved) << "stopped in step " << scenario.state().procedure.step;
+    ASSERT_TRUE(solved->ok()) << solved->error().reason;
+    EXPECT_EQ(scenario.machine().stylus().contactCount(), 0U);
+    EXPECT_EQ(scenario.machine().crashes(), 0U);
+    EXPECT_EQ(metrology::subjectOf(scenario.dataset()), "delay-z");
+    const auto* tau = solved->value().find("tau_s");
+    EXPECT_LT(tau->sd[0], 6e-5);
+    pulls.add(tau->value(), scenario.truth().tau_s[2], tau->sd[0]);
+  }
+  pulls.expectHonest();
+}
+
 TEST(LiveInOut, GoesInAndAtOnceBackOut) {
   Scenario scenario{usualWorld(), 2};
   scenario.recorder().keeps_bytes = false;

@@ -82,7 +82,7 @@ TEST(Keys, HaveRangesThatTheirUnitsAllowAndAMeaning) {
                   ScrewDescription, PeriodicCheckDescription, RimBallDescription, BallPlateDescription, HeadDescription,
                   CentrelineDescription, SwivelDescription, RotaryTableDescription, ToolDescription, HolderDescription,
                   ToolSetterDescription, ProbeShankDescription, SensorHeadDescription, PlatesDescription,
-                  CylinderDescription, CubeDescription>();
+                  CylinderDescription, CubeDescription, ProbeDistance>();
   expectGoodLines<Access, StreamSettings, CalibratedSphere, Certificate, ProbeSwitch, UsbIdentity, Cell, CellTool>();
 }
 

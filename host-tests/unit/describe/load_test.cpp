@@ -142,6 +142,23 @@ TEST_F(BoardFolder, EmulatesTheTouchTriggerProbeThatIsDescribed) {
   EXPECT_EQ(simDescriptions(folder_ / "config")->world->touch_trigger.value().pre_travel_mm, 0.02);
 }
 
+TEST_F(BoardFolder, EmulatesTheProbeThatDoesNotTouchAndIsDescribed) {
+  const std::string distance =
+      "[probe]\nserial_number = \"D1\"\nkind = \"distance\"\nrate_hz = 2000\nnoise_um = 0.4\nstand_off_mm = 20\n"
+      "range_mm = 2\n";
+  EXPECT_FALSE(simDescriptions()->world->distance_probe);
+  write(folder_ / "config" / "probe.toml", distance);
+  const auto sim = simDescriptions(folder_ / "config");
+  ASSERT_TRUE(sim.ok()) << sim.error().what;
+  EXPECT_EQ(sim->probe.by_distance.value().stand_off_mm, 20);
+  EXPECT_EQ(sim->world->distance_probe.value().range_mm, 2);
+  EXPECT_EQ(sim->world->sphere.stylus_ball_radius_mm, 0) << "there is no ball";
+  for (const auto* more : {"[stylus]\nball_diameter_mm = 6\n", "deflection_limit_mm = 1\n", "gain = 1\n"}) {
+    write(folder_ / "config" / "probe.toml", distance + more);
+    EXPECT_THAT(simDescriptions(folder_ / "config").error().what, HasSubstr("that touches")) << more;
+  }
+}
+
 TEST_F(BoardFolder, RefusesATouchTriggerProbeThatFilesDescribeDifferently) {
   const auto problem = [&] {
     const auto sim = simDescriptions(folder_ / "config");

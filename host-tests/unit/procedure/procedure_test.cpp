@@ -387,6 +387,29 @@ TEST(Facts, AGapIsRefusedWhereTheWayOutOfATouchEndsInTheOppositePlate) {
   EXPECT_TRUE(ready(8.2, 0));
 }
 
+TEST(Facts, AProbeThatDoesNotTouchMakesOnlyTheRunThatTouchesNothing) {
+  Facts facts;
+  facts.distance_probe = DistanceProbe{.stand_off_mm = 20, .range_mm = 0.7};
+  facts.datum_cylinder = DatumCylinder{.diameter = {30}, .inside = true};
+  for (const LiveMethod* method : {&kDelayCylinder, &kDelayMultiSpeed, &kDelayContour, &kSelftest, &kToolSetter}) {
+    const auto why = whyUnready(*method, facts, true);
+    ASSERT_TRUE(why) << method->name();
+    EXPECT_EQ(why->because, Obstacle::option);
+    EXPECT_FALSE(readied(*method, {}, facts, {})) << method->name();
+  }
+  EXPECT_FALSE(whyUnready(kDelayInOut, facts, false));
+  EXPECT_EQ(readied(kDelayInOut, {}, facts, {}).error().because, Obstacle::option) << "0.6 and 0.2 mm leave its range";
+  EXPECT_TRUE(readied(kDelayInOut, {.clearance_mm = 0.4}, facts, {}));
+  EXPECT_FALSE(readied(kDelayInOut, {.overtravel_mm = 0.8, .clearance_mm = 0.4}, facts, {}));
+  Plan plan;
+  fill(plan, kDelayInOut, {});
+  takeReadings(plan, probeKindOf(facts));
+  for (std::size_t i = 0; i < plan.step_count; ++i) {
+    EXPECT_EQ(plan.steps[i].touch.outward_normal, (std::array<double, 3>{0, 0, 1}));
+    EXPECT_EQ(asked(plan.steps[i]).run_out_mm, kDistanceRunOut_mm);
+  }
+}
+
 TEST(Methods, HaveNoSetOfSpeedsTwice) {
   for (const auto* method : liveMethods()) {
     std::set<std::vector<double>> different;

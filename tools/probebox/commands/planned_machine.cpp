@@ -148,13 +148,16 @@ void replaceProbe(Described& says, const board::Probe& probe) {
     says.pre_travels.clear();
   }
   const auto& by_switch = probe.by_switch;
+  const auto distance = probe.by_distance.value_or(board::ProbeDistance{});
   says.probe = {.name = probe.name(),
                 .switches = by_switch.has_value(),
                 .repeatability_um = by_switch ? by_switch->repeatability_um : 0,
                 .noise_um = by_switch ? 0 : probe.noise_um,
                 .ball_diameter_mm = probe.ball_diameter_mm,
                 .sd_ball_diameter_mm = probe.sd_ball_diameter_mm.value_or(0),
-                .deflection_limit_mm = probe.deflection_limit_mm};
+                .deflection_limit_mm = probe.deflection_limit_mm,
+                .stand_off_mm = distance.stand_off_mm,
+                .range_mm = distance.range_mm};
   says.deflections_hz = by_switch ? 0 : probe.rate_hz;
 }
 
@@ -164,6 +167,10 @@ void takeProbe(plan::SetUp& set_up, const Described& says) {
   if (probe.ball_diameter_mm > 0) set_up.stylus_ball_diameter_mm = probe.ball_diameter_mm;
   set_up.sd_stylus_ball_diameter_mm = probe.sd_ball_diameter_mm;
   if (probe.deflection_limit_mm > 0) set_up.deflection_limit_mm = probe.deflection_limit_mm;
+  if (probe.stand_off_mm > 0) {
+    set_up.distance_probe = procedure::DistanceProbe{probe.stand_off_mm, probe.range_mm};
+    set_up.stylus_ball_diameter_mm = 0;
+  }
   if (probe.switches) set_up.switch_repeatability_um = probe.repeatability_um;
   if (probe.noise_um > 0) set_up.probe_noise_um = probe.noise_um;
   if (says.deflections_hz > 0) set_up.probe_rate_hz = says.deflections_hz;

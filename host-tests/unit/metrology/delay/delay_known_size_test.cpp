@@ -365,6 +365,18 @@ TEST(DelayOfKnownSizeIsRefused, WhenTheConfigurationDoesNotFit) {
   EXPECT_EQ(refusal(axes), "single-speed");
 }
 
+// The faces are planes, so it does not matter where each is touched.
+TEST(DelayCube, KnowsItsSizeFromTouchesBesideTheMiddlesOfItsFaces) {
+  std::mt19937_64 random{16};
+  Scene scene = simulation::withoutNoise(simulation::cube());
+  scene.bounce_mm = 0.0;
+  scene.speeds_mm_s = {8.0, 25.0};
+  const auto solved = solve(measure(scene, random));
+  ASSERT_TRUE(solved.ok()) << solved.error().reason;
+  EXPECT_NEAR(solved->find("static_error_mm")->value(), 0.0, 1e-6);
+  EXPECT_NEAR(solved->find("tau_s")->value(), scene.tau(), 1e-9);
+}
+
 TEST(DelayOfKnownSizeIsRefused, WhenACylinderOrACubeHasNoSuchSide) {
   std::mt19937_64 random{15};
   const auto refusal = [&](Scene scene, std::vector<Eigen::Vector3d> normals) {
