@@ -8,20 +8,6 @@
 namespace probebox::scenario {
 namespace {
 
-// The same of the turning system A, which has the other codes as cycles or not at all.
-int groupOfLathe(double code) {
-  if (code >= 17 && code <= 19) return 4016;
-  if (code == 98 || code == 99) return 4005;
-  if (code == 20 || code == 21) return 4006;
-  if (code == 40) return 4007;
-  if (code == 80) return 4010;
-  if (code >= 54 && code <= 59) return 4014;
-  if (code >= 61 && code <= 64) return 4015;
-  constexpr std::array kOthers{0.0, 1.0, 2.0, 3.0, 4.0, 10.0, 31.0, 53.0};
-  if (std::ranges::find(kOthers, code) != kOthers.end()) return 0;
-  throw Alarm{"G" + std::to_string(code) + " is a cycle of system A, or none of its codes"};
-}
-
 // #4000 and more of a Fanuc: the modal group of a G code; 0 for one that is not modal.
 int groupOf(double code) {
   if (code >= 17 && code <= 19) return 4002;
@@ -34,6 +20,20 @@ int groupOf(double code) {
   if (code >= 54 && code <= 59) return 4014;
   if (code >= 61 && code <= 64) return 4015;
   return 0;
+}
+
+// The same of the turning system A, which has the other codes as cycles or not at all.
+int groupOfLathe(double code) {
+  if (code >= 17 && code <= 19) return 4016;
+  if (code == 98 || code == 99) return 4005;
+  if (code == 20 || code == 21) return 4006;
+  if (code == 40) return 4007;
+  if (code == 80) return 4010;
+  if (code >= 54 && code <= 59) return 4014;
+  if (code >= 61 && code <= 64) return 4015;
+  constexpr std::array kOthers{0.0, 1.0, 2.0, 3.0, 4.0, 10.0, 31.0, 53.0};
+  if (std::ranges::find(kOthers, code) != kOthers.end()) return 0;
+  throw Alarm{"G" + std::to_string(code) + " is a cycle of system A, or none of its codes"};
 }
 
 }  // namespace
