@@ -89,14 +89,14 @@ TEST(LiveTablePivot, ReadsTheBallAtEveryTiltAndLevelsTheTableAfterwards) {
   const auto result = measured(scenario, procedure::kTablePivot);
   ASSERT_TRUE(result);
   const auto& readings = *scenario.dataset().table("readings");
-  EXPECT_THAT(*readings.column("tilt_deg"), testing::ElementsAre(-90, 0, -90, 0, -90));
-  EXPECT_THAT(*readings.column("C_deg"), testing::ElementsAre(0, 0, 180, 180, 0));
+  EXPECT_THAT(*readings.column("tilt_deg"), testing::ElementsAre(-90, 0, -90, 0));
+  EXPECT_THAT(*readings.column("C_deg"), testing::ElementsAre(0, 0, 180, 180));
   // 100 mm above the axis; of a level ball five sides are touched, of a tilted one four.
   for (const std::size_t tilted : {0U, 2U}) {
     EXPECT_NEAR(readings.column("y_mm")->at(tilted), 300, 0.3);
     EXPECT_NEAR(readings.column("z_mm")->at(tilted), -260, 0.3);
   }
-  EXPECT_EQ(scenario.dataset().table("touches")->rows(), 22U);
+  EXPECT_EQ(scenario.dataset().table("touches")->rows(), 18U);
   const auto& poses = *scenario.dataset().table("centres");
   EXPECT_NEAR(poses.column("B_rad")->at(0), -90 * kDegree, 1e-12);
   scenario.run(10s);
