@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "firmware/procedure/methods/methods.hpp"
+#include "firmware/procedure/plan/poses.hpp"
 #include "firmware/procedure/plan/readiness.hpp"
 #include "tools/case/method_text.hpp"
 
@@ -60,7 +61,11 @@ void addRun(std::ostream& out, const procedure::LiveMethod& method, std::string_
   if (option == " --head") add("`[sensor_head]`");
   if (!told.empty() && !places.empty()) told += ", ";
   told += places;
-  out << "| `" << method.name() << option << "` | " << steps << " | " << told << (told.empty() ? "| " : " | ")
+  const std::string again = method.closes == 0                     ? ""
+                            : &method.poses == &procedure::kAtZero ? "; the first touch again last"
+                            : method.closes == 1                   ? "; the first pose again last"
+                                                                   : "; the first stop again last";
+  out << "| `" << method.name() << option << "` | " << steps << again << " | " << told << (told.empty() ? "| " : " | ")
       << byTrigger(method, option) << " |\n";
 }
 

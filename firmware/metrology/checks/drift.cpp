@@ -11,6 +11,7 @@
 #include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/least_squares.hpp"
 #include "protocol/units/angle.hpp"
+#include "protocol/units/machine_accuracy.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -99,6 +100,17 @@ DriftDesign driftDesign(const Residue& before, const Method& method, const std::
   return design;
 }
 
+// What the machine drifts by in that time (k = 1), as stated or cautiously.
+double statedDrift_mm(const Dataset& dataset, double minutes) {
+  const auto stated = configNumber(dataset, kDriftError.key);
+  return 1e-3 * minutes * (stated && *stated ? **stated : MachineAccuracy{}.drift_um_per_min);
+}
+
+// Of half, see inputsOf: readings that tell the drift less well than it is stated change nothing.
+bool tellsMore(const MatrixXd& half, double stated_mm) {
+  return half.rowwise().norm().minCoeff() < stated_mm;
+}
+
 // One input for each independent combination of the drifts of the columns: covariance = half * half'.
 std::vector<TypeBInput> inputsOf(const DriftDesign& design, const std::string& table, const MatrixXd& half) {
   std::vector<TypeBInput> inputs;
@@ -123,8 +135,8 @@ std::optional<Explanation> explainByDrift(const Residue& before, const Method& m
   const auto design = driftDesign(before, method, table);
   const auto unknowns = static_cast<std::size_t>(design.changes.cols());
   const Table& readings = *before.dataset.table(table);
-  const auto sigma = configPositive(before.dataset, key::kSigma.name);
-  const bool is_stated = sigma && *sigma, is_closed = closes(readings, method, before.dataset);
+  const auto sigma_mm = noiseOf(before.dataset);
+  const bool is_stated = sigma_mm.has_value(), is_closed = closes(readings, method, before.dataset);
   if (unknowns == 0 || before.dof < (is_closed && is_stated ? unknowns + 1 : 2 * unknowns + 2)) return std::nullopt;
   const auto fit = linearLeastSquares(design.changes, before.values());
   if (!fit) return std::nullopt;
@@ -139,10 +151,12 @@ std::optional<Explanation> explainByDrift(const Residue& before, const Method& m
   const auto dof = static_cast<double>(before.dof - unknowns);
   constexpr double kTellNoise = 4;  // spare readings that tell more than what is stated
   const double from_residuals = is_stated && dof < kTellNoise ? 0 : after->squares() / std::max(dof - 2, 1.0);
-  const double stated = is_stated ? **sigma * **sigma : 0;
+  const double stated = is_stated ? *sigma_mm * *sigma_mm : 0;
   const MatrixXd half = lowerCholesky(fit->cofactor * std::max(from_residuals, stated));
   explanation.drift = inputsOf(design, table, half);
   const auto minutes = minutesOf(readings, before.dataset);
+  if (explanation.found.chance > kByChance && !tellsMore(half, statedDrift_mm(before.dataset, minutes.value_or(0))))
+    return std::nullopt;
   const bool is_likely = explanation.found.chance <= kByChance;
   for (std::size_t k = 0; k < unknowns; ++k) {
     const auto at = static_cast<Index>(k);

@@ -121,13 +121,22 @@ Comparison compareHypotheses(const Residue& before, const Residue& after, std::s
   return {law.probabilityAbove(less / static_cast<double>(unknowns)), dof * std::log1p(less / dof)};
 }
 
+std::optional<double> noiseOf(const Dataset& dataset) {
+  for (const auto stops : {key::kSigmaC.name, key::kSigmaAngle.name}) {
+    const auto sigma = configNumber(dataset, stops);
+    if (sigma && *sigma && **sigma > 0) return std::nullopt;
+  }
+  const auto sigma = configPositive(dataset, key::kSigma.name);
+  return sigma ? *sigma : std::nullopt;
+}
+
 Comparison compareByStatedNoise(const Residue& before, const Residue& after, std::size_t unknowns,
                                 double least_variance) {
   constexpr double kAgrees = 1e-3, kGross = 100;
   auto found = compareHypotheses(before, after, unknowns, least_variance);
-  const auto sigma = configPositive(after.dataset, key::kSigma.name);
-  if (!sigma || !*sigma || after.dof == 0 || unknowns == 0) return found;
-  const double variance = **sigma * **sigma, left = after.squares() / variance, was = before.squares() / variance;
+  const auto sigma_mm = noiseOf(after.dataset);
+  if (!sigma_mm || after.dof == 0 || unknowns == 0) return found;
+  const double variance = *sigma_mm * *sigma_mm, left = after.squares() / variance, was = before.squares() / variance;
   const auto dof = static_cast<double>(after.dof);
   if (was < kGross * std::max(left, dof) || ChiSquareLaw{after.dof}.probabilityAbove(left / dof) < kAgrees)
     return found;

@@ -66,6 +66,9 @@ struct Comparison {
 // of freedom count.
 Comparison compareHypotheses(const Residue& before, const Residue& after, std::size_t unknowns, double least_variance);
 
+// The stated sigma, mm, where it is all that the readings scatter by: no axis is said to stop beside its angles.
+std::optional<double> noiseOf(const Dataset& dataset);
+
 // The same, or by the stated noise, where that is what is left of squares that were a hundred times as large: with few
 // readings nothing else tells a gross fault.
 Comparison compareByStatedNoise(const Residue& before, const Residue& after, std::size_t unknowns,

@@ -38,7 +38,6 @@ constinit const LiveMethod kTablePivot{
                     options.b_angles_rad = {-kTurn_rad / 4, 0};  // the two tilts of the patent
                     options.b_axis = {1, 0, 0};
                   }),
-    .closes = 1,
     .described = [](ProcedureOptions options, const Facts& facts) -> Outcome<ProcedureOptions> {
       if (facts.tilting_table) takeB(options, *facts.tilting_table);
       return options;

@@ -98,7 +98,7 @@ TEST(TurningTool, IsSetByTheFacesThatItReaches) {
     scenario.facts = factsOf({});
     const auto result = runToolFour(scenario, procedure::kToolSetter);
     ASSERT_TRUE(result);
-    EXPECT_EQ(scenario.state().procedure.steps, 2U * 3U * 4U) << "+X, -Y and +Z twice";
+    EXPECT_EQ(scenario.state().procedure.steps, 7U * 4U) << "+X, -Y and +Z twice";
     const Vector3 edge = tipOf(scenario, config, 4, 0) - *toolFour(config).radius_mm * kNormals;
     const Vector3 probe = tipOf(scenario, config, 1, 0), nominal = nominalTip(scenario.facts, 0);
     addWhole(tool, *result, "tool_offset_mm", 0, edge + (nominal - probe));
