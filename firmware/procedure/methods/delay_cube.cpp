@@ -31,7 +31,7 @@ constinit const LiveMethod kDelayCube{
     .number = 35,
     .solver = &metrology::kDelayCube,
     .why_no_trigger = kNoDelayOfTrigger,
-    .steps = "five faces of a cube at 10 and 25 mm/s, the first once more, A, B and C at 0",
+    .steps = "five faces of a cube at 10 and 25 mm/s, A, B and C at 0",
     .needs = kNeedsOfDelayCube,
     .feature = Feature::cube,
     .sides = kSphereSides,

@@ -40,7 +40,7 @@ constinit const LiveMethod kDelayCylinder{
     .why_no_y =
         "touches a cylinder from four sides, and on a machine without Y the stylus may pass its axis unseen: use "
         "delay-plates or delay-multi-speed.",
-    .steps = "four sides of a pin, or of a bore, at 10 and 25 mm/s, the first once more, A, B and C at 0",
+    .steps = "four sides of a pin, or of a bore, at 10 and 25 mm/s, A, B and C at 0",
     .needs = kNeedsOfDelayCylinder,
     .feature = Feature::cylinder,
     .sides = std::span{kSixSides}.first<4>(),

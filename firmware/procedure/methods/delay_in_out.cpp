@@ -60,7 +60,7 @@ constinit const LiveMethod kDelayInOut{
     .why_no_trigger = kNoDelayOfTrigger,
     .by_distance = true,
     .steps =
-        "one side, in and at once back out at 5 and 10 mm/s, the first once more, A, B and C at 0; with a probe that "
+        "one side, in and at once back out at 5 and 10 mm/s, A, B and C at 0; with a probe that "
         "reads distances over the top of the sphere, along Z",
     .kind = Kind::in_out,
     .sides = std::span{kSphereSides}.first<1>(),

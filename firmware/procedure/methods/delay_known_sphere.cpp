@@ -21,7 +21,7 @@ constinit const LiveMethod kDelayKnownSphere{
         "compares the touched size with the known one, and on a machine without Y the stylus may pass "
         "the middle of the sphere unseen, so that its section is smaller: delay-multi-speed needs no "
         "size.",
-    .steps = "five sides at 10 and 25 mm/s, the first once more, A, B and C at 0",
+    .steps = "five sides at 10 and 25 mm/s, A, B and C at 0",
     .needs = kNeedsOfDelayKnownSphere,
     .sides = kSphereSides,
     .usual = touchesAt(10, 25),

@@ -19,7 +19,7 @@ constinit const LiveMethod kDelayNonNormal{
     .why_no_y =
         "compares the touched size with the known one, approached along Y too, and this machine has no "
         "Y: delay-multi-speed needs neither.",
-    .steps = "five sides at 10 and 25 mm/s, the first once more, 25 degrees off the normal",
+    .steps = "five sides at 10 and 25 mm/s, 25 degrees off the normal",
     .needs = kNeedsOfDelayNonNormal,
     .sides = kSphereSides,
     .usual = with(touchesAt(10, 25), [](auto& options) { options.approach_rad = kApproach_rad; }),

@@ -22,7 +22,7 @@ constinit const LiveMethod kDelayPerAxis{
         "measures the delay of X, Y and Z, and this machine has no Y: delay-multi-speed measures the one "
         "of X and Z together.",
     .steps =
-        "five sides at 10 and 40 mm/s, the first once more; nothing reaches the "
+        "five sides at 10 and 40 mm/s; nothing reaches the "
         "sphere from -Z, so tau_z comes from two speeds (A11)",
     .needs = kNeedsOfDelayPerAxis,
     .sides = kSphereSides,

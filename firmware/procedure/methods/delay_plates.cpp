@@ -63,7 +63,7 @@ constinit const LiveMethod kDelayPlates{
     .number = 3,
     .solver = &metrology::kDelayPlates,
     .why_no_trigger = kNoDelayOfTrigger,
-    .steps = "both faces of a gap across one axis at 10 and 25 mm/s, the first once more, A, B and C at 0",
+    .steps = "both faces of a gap across one axis at 10 and 25 mm/s, A, B and C at 0",
     .needs = kNeedsOfDelayPlates,
     .feature = Feature::plates,
     .sides = kSixSides,
