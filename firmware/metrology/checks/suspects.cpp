@@ -348,7 +348,8 @@ void nameOtherUnits(const Dataset& dataset, const Method& method, Result& result
 }
 
 Refusal withLikelyCause(const Dataset& dataset, const Method& method, Refusal refusal) {
-  if (auto unit = otherUnitOfStreams(dataset, method, nullptr)) return *std::move(unit);
+  // Along one axis a wrong unit is not told from a wrong speed or clock.
+  if (const auto unit = otherUnitOfStreams(dataset, method, nullptr)) refusal.reason += "; or " + unit->reason;
   if (!isOfStreams(dataset, method) && !method.solver(dataset) && method.solver(inMillimetres(dataset, method).dataset))
     refusal.reason += "; with the coordinates taken for inches it is solved: are they?";
   constexpr std::array<std::string_view, 3> kOfResiduals{"residual-too-large", kReadingsContradict, "steps-disagree"};
