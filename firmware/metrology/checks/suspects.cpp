@@ -19,6 +19,7 @@ namespace {
 
 // Factor by which a wrong sign or unit has to multiply the squares of the residuals, beside the test.
 constexpr double kWrongByFar = 25;
+constexpr std::string_view kAngleReversed = "angle-reversed";
 constexpr double kMoreThanStated = 1.5;  // scatter by the stated sigma
 constexpr std::size_t kCandidates = 5;   // readings with the largest residuals: leverage hides the worst a little
 
@@ -69,7 +70,7 @@ std::vector<Transform> transformsOf(const Dataset& dataset, const Method& method
   for (const auto& angle : angles) {
     const std::string sense = angle.substr(0, 1) + "_sense";
     const bool takes_sense = std::ranges::find(method.keys, sense, &MethodKey::name) != method.keys.end();
-    Transform reversed{"angle-reversed",
+    Transform reversed{std::string{kAngleReversed},
                        "the readings contradict each other, and agree where " + angle +
                            " is reversed: the axis counts the other way than ISO 841 has it; change the sign of " +
                            angle + (takes_sense ? ", or state " + sense : ""),
@@ -104,9 +105,12 @@ bool isOfStreams(const Dataset& dataset, const Method& method) {
 // `before`, in another one.
 std::optional<Refusal> otherUnitOfStreams(const Dataset& dataset, const Method& method, const Result* before) {
   if (!isOfStreams(dataset, method) || (before != nullptr && before->warnings.empty())) return std::nullopt;
+  if (before == nullptr && method.solver(dataset)) return std::nullopt;  // its uncertainty is what is refused
   auto transforms = transformsOf(dataset, method);
   transforms.push_back(inMillimetres(dataset, method));
   for (auto& [name, reason, transformed] : transforms) {
+    // A screw turns either way; joints have no coordinates.
+    if (name == kAngleReversed || transformed == dataset) continue;
     const auto after = method.solver(transformed);
     if (after && (before == nullptr || after->warnings.size() < before->warnings.size())) return Refusal{name, reason};
   }
@@ -344,8 +348,9 @@ void nameOtherUnits(const Dataset& dataset, const Method& method, Result& result
 }
 
 Refusal withLikelyCause(const Dataset& dataset, const Method& method, Refusal refusal) {
-  if (auto unit = otherUnitOfStreams(dataset, method, nullptr)) return *std::move(unit);
-  if (!isOfStreams(dataset, method) && method.solver(inMillimetres(dataset, method).dataset))
+  // Along one axis a wrong unit is not told from a wrong speed or clock.
+  if (const auto unit = otherUnitOfStreams(dataset, method, nullptr)) refusal.reason += "; or " + unit->reason;
+  if (!isOfStreams(dataset, method) && !method.solver(dataset) && method.solver(inMillimetres(dataset, method).dataset))
     refusal.reason += "; with the coordinates taken for inches it is solved: are they?";
   constexpr std::array<std::string_view, 3> kOfResiduals{"residual-too-large", kReadingsContradict, "steps-disagree"};
   if (std::ranges::find(kOfResiduals, refusal.name) == kOfResiduals.end()) return refusal;

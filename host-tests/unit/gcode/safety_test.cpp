@@ -336,11 +336,12 @@ TEST(Safety, KeepsTheTipInPlaceByTheLengthOfTheToolInTheSpindle) {
 TEST(Safety, EndsTipControlWithTheHeadUpright) {
   const auto text = written(headCase(procedure::kSwivelError, {3, 4}), fanuc());
   EXPECT_THAT(text, HasSubstr("\nG1 B0.000 F600.000\nG0 G90 G49 G53 Z0.000\nT4 M6\n"));
-  EXPECT_THAT(text, HasSubstr("\nG1 B0.000 F600.000\nG0 G90 G49 G53 Z0.000\nPCLOS\n"));
-  EXPECT_THAT(
-      written(headCase(procedure::kHeadPivot, {}), siemens()),
-      HasSubstr("\nMEAS=1 G1 B0.000 F600.000\nSTOPRE\nIF $AC_MEA[1]==1 GOTOF PB_TOUCHED\nTRAFOOF\nG0 SUPA Z0.000 "
-                "D0\nEXTCLOSE"));
+  EXPECT_THAT(text, HasSubstr("\nG1 B0.000 F600.000\nG0 G90 G49 G53 Z0.000\nT3 M6\n"))
+      << "to read the first stop again";
+  EXPECT_THAT(text, HasSubstr("\nG0 G90 G49 G53 Z0.000\nPCLOS\n"));
+  EXPECT_EQ(text.substr(text.rfind("#3=")).find("#3=0.000"), 0U) << "which ends upright";
+  EXPECT_THAT(written(headCase(procedure::kHeadPivot, {}), siemens()),
+              HasSubstr("\nTRAFOOF\nG0 SUPA Z0.000 D0\nEXTCLOSE"));
 }
 
 // A is the spindle's: on a mill with a trunnion named A it would turn the table.
