@@ -358,12 +358,6 @@ void readAxes(Section axes, Machine& machine) {
   axes.finish();
 }
 
-void readDatumPlates(Section section, Machine& machine) {
-  for (std::size_t axis = 0; axis < machine.datum_plates.size(); ++axis)
-    machine.datum_plates.at(axis) = readIfThere<PlatesDescription>(section, std::string{"XYZ"[axis]});
-  section.finish();
-}
-
 void readDatumSphere(Section section, Machine& machine) {
   machine.datum_sphere_diameter_mm = section.number("diameter_mm", {0.1, 1000});
   machine.datum_sphere_sd_mm = section.numberIfThere("sd_diameter_mm", kSdOfSize.range);
@@ -518,7 +512,7 @@ Machine readMachine(Section& root) {
   readAxes(root.section("axis"), machine);
 
   if (auto sphere = root.sectionIfThere("datum_sphere")) readDatumSphere(std::move(*sphere), machine);
-  if (auto section = root.sectionIfThere("datum_plates")) readDatumPlates(std::move(*section), machine);
+  machine.datum_plates = readByAxis<PlatesDescription>(root.section("datum_plates", false), "gap_mm");
   machine.datum_cylinder = readIfThere<CylinderDescription>(root, "datum_cylinder");
   machine.datum_cube = readIfThere<CubeDescription>(root, "datum_cube");
   if (auto accuracy = root.sectionIfThere("accuracy")) {

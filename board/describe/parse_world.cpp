@@ -112,12 +112,6 @@ void readSensorHead(Section section, World& world) {
   });
 }
 
-void readPlates(Section section, World& world) {
-  for (std::size_t axis = 0; axis < world.plates.size(); ++axis)
-    world.plates.at(axis) = readIfThere<WorldPlates>(section, std::string{"XYZ"[axis]});
-  section.finish();
-}
-
 void readScrews(Section section, World& world) {
   for (std::size_t axis = 0; axis < world.screws.size(); ++axis)
     world.screws.at(axis) = readIfThere<WorldScrew>(section, std::string{"XYZ"[axis]});
@@ -151,7 +145,7 @@ World readWorld(Section& root) {
   world.probe = read<WorldProbe>(root.section("probe"));
   world.touch_trigger = readIfThere<WorldTouchTrigger>(root, "touch_trigger");
   world.sphere = read<WorldSphere>(root.section("datum_sphere"));
-  readPlates(root.section("gauge_plates", false), world);
+  world.plates = readByAxis<WorldPlates>(root.section("gauge_plates", false), "gap_mm");
   world.cylinder = readIfThere<WorldCylinder>(root, "gauge_cylinder");
   world.cube = readIfThere<WorldCube>(root, "gauge_cube");
   if (auto section = root.sectionIfThere("part_spindle")) world.part_spindle = readPartSpindle(std::move(*section));

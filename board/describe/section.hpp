@@ -226,6 +226,20 @@ std::optional<T> readIfThere(Section& whole, std::string_view key) {
   return section ? std::optional{read<T>(std::move(*section))} : std::nullopt;
 }
 
+// Reads [key.X], [key.Y] and [key.Z]; where `needed` stands in the section itself, that is the one of X.
+template <class T>
+std::array<std::optional<T>, 3> readByAxis(Section section, std::string_view needed) {
+  std::array<std::optional<T>, 3> all{};
+  for (std::size_t axis = 0; axis < all.size(); ++axis)
+    all.at(axis) = readIfThere<T>(section, std::string{"XYZ"[axis]});
+  if (section.has(needed)) {
+    if (all[0]) section.problem(needed, "is of X, which has a section of its own besides: remove one of them");
+    readKeys(section, all[0].emplace());
+  }
+  section.finish();
+  return all;
+}
+
 // Reads a text that goes into a USB string descriptor, and through the script that sets the gadget up: plain ASCII.
 std::string usbText(Section& section, std::string_view key, std::optional<std::string> usual = {});
 

@@ -89,6 +89,15 @@ TEST(MachineToml, HasTheSdOfEverySize) {
   EXPECT_EQ(machine->periodic_check->sd_ball_diameter_mm, 0.0003);
 }
 
+TEST(MachineToml, TakesPlatesWithoutAnAxisForThoseAcrossX) {
+  const auto machine = machineWith("[datum_plates]\ngap_mm = 26\n[datum_plates.Z]\ngap_mm = 20\n");
+  ASSERT_TRUE(machine.ok()) << machine.error().what;
+  EXPECT_EQ(machine->datum_plates[0]->gap_mm, 26);
+  EXPECT_FALSE(machine->datum_plates[1]);
+  EXPECT_EQ(machine->datum_plates[2]->gap_mm, 20);
+  EXPECT_FALSE(machineWith("[datum_plates]\ngap_mm = 26\n[datum_plates.X]\ngap_mm = 26\n").ok());
+}
+
 // Only what is stated is believed: a missing key has its cautious value, and zero has to be written.
 TEST(MachineToml, HasWhatIsKnownOfItsOwnErrors) {
   EXPECT_FALSE(machineWith("")->accuracy);
