@@ -145,7 +145,8 @@ inline std::vector<Case> casesOfLathe() {
   auto all = allCases();
   std::erase_if(all, [](const Case& c) { return !c.method->why_no_y.empty(); });
   for (auto& c : all) {
-    c.options.faces = procedure::kFacesAcrossY;
+    const auto usual = c.method->usual.faces;
+    c.options.faces = (usual != 0 ? usual : procedure::kFacesAcrossY) & procedure::kFacesAcrossY;
     if (c.method->takes_axis) c.options.axis = 1;
   }
   return all;
