@@ -260,7 +260,8 @@ std::string budgetTable(const Result& result) {
   text += "</tr>\n";
   for (const auto& line : result.budget) {
     const bool adds_nothing = std::ranges::all_of(line.sd, [](double sd) { return sd == 0; });
-    if (line.type_b && adds_nothing) continue;  // such as a head that was not swivelled
+    // What a case states is shown all the same; a head that did not swivel is not.
+    if (line.type_b && adds_nothing && !line.name.starts_with("sd_")) continue;
     text += "<tr>" + element("td", casefolder::budgetName(line.name)) + element("td", line.type_b ? "B" : "A");
     for (const auto& column : columns) {
       const bool unknown = !line.type_b && column.estimate.sd.empty();

@@ -87,7 +87,7 @@ TEST_F(WhatIsInForce, IsOneQuantityASubject) {
   const auto shown = box({"show", "3"}).out;
   EXPECT_LT(shown.find("stylus offset X"), shown.find("from the same readings"));
   EXPECT_GT(shown.find("offset C minus A X"), shown.find("from the same readings"));
-  EXPECT_THAT(shown, AllOf(HasSubstr("2 degrees"), HasSubstr("99.9 %")));
+  EXPECT_THAT(shown, AllOf(HasSubstr("4 degrees"), HasSubstr("99.9 %")));
 }
 
 // The box adds the two, and keeps the data of either.

@@ -34,7 +34,7 @@ TEST_F(OnTheMachine, CalibratesTheDelayThenTheAxisThatTurns) {
   nlohmann::ordered_json proposed, step;
   for (const auto& object : axis.objects()) {
     if (object.contains("result")) proposed = object;
-    if (object.contains("prompt") && object["steps"] == 15 && object["step"] < 15) step = object;
+    if (object.contains("prompt") && object["steps"] == 20 && object["step"] < 15) step = object;
   }
   ASSERT_FALSE(proposed.is_null()) << axis.out;
   EXPECT_EQ(step["feature"], "part_ball");

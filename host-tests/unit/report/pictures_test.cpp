@@ -72,8 +72,10 @@ TEST(Pictures, OfARotaryAxisShowThePlaneThatItStandsOn) {
 TEST(Budget, HasNoRowThatAddsNothingAndShowsNextToNothingAsNothing) {
   metrology::Result result;
   result.estimates = {metrology::Estimate::scalar("tau_s", 5e-3, 1e-6)};
-  result.budget = {{"readings", false, {1e-6}}, {"sd_scale", true, {0}}, {"sd_ball", true, {3e-20}}};
-  EXPECT_EQ(budgetLine(result, "<td>sd_scale"), "");
+  result.budget = {
+      {"readings", false, {1e-6}}, {"sd_scale", true, {0}}, {"sd_ball", true, {3e-20}}, {"stop", true, {0}}};
+  EXPECT_EQ(budgetLine(result, "<td>stop"), "") << "nobody states it, and it adds nothing";
+  EXPECT_THAT(budgetLine(result, "<td>sd_scale"), HasSubstr(">0</td>"));
   EXPECT_THAT(budgetLine(result, "<td>sd_ball"), HasSubstr(">0</td>"));
   EXPECT_THAT(budgetLine(result, "<td>readings"), HasSubstr(">1.0</td>"));
 }
