@@ -14,7 +14,7 @@ namespace probebox::modbus {
 inline constexpr std::uint16_t kMagic = 0x5042;
 inline constexpr std::uint16_t kMapVersion = 1;
 // Addresses below this that are not in the map read 0; addresses from here on are refused.
-inline constexpr std::size_t kRegisterCount = 6600;
+inline constexpr std::size_t kRegisterCount = 8600;
 
 // Addresses that programs name; the others stand in the map alone.
 namespace address {

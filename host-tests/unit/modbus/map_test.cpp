@@ -105,7 +105,7 @@ TEST(RegisterMap, KeepsWhatWasReleasedWhereItIs) {
 }
 
 TEST(RegisterMap, HasARowOfSixteenRegistersForEachToolInEveryTable) {
-  for (const unsigned first : {1000U, 3000U, 5000U}) {
+  for (const unsigned first : {1000U, 3000U, 5000U, 7000U}) {
     for (unsigned tool : {1U, 2U, 57U, 99U}) {
       const auto row = static_cast<std::uint16_t>(first + 16 * (tool - 1));
       ASSERT_NE(find(row), nullptr) << row;
