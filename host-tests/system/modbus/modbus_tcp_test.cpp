@@ -116,7 +116,8 @@ TEST_F(NetworkMaster, IsAnsweredWithItsOwnTransactionAndUnit) {
 }
 
 TEST_F(NetworkMaster, IsToldWhatItMayNotDo) {
-  EXPECT_THAT(poll("-r 6598 -c 3 -t 4"), HasSubstr("Illegal data address"));
+  EXPECT_THAT(poll("-r " + std::to_string(modbus::kRegisterCount - 2) + " -c 3 -t 4"),
+              HasSubstr("Illegal data address"));
   EXPECT_THAT(poll("-r 5 -t 4", "1"), HasSubstr("Illegal data address"));
   EXPECT_THAT(poll("-r 0 -c 1 -t 0"), HasSubstr("Illegal function"));
   markers_allowed_ = false;
