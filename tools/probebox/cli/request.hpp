@@ -236,8 +236,8 @@ struct Certificate {
   std::string output;    // "-" is the standard output
   std::string by;        // who issues it
   std::string next_due;  // of this calibration; empty: not stated
-  std::string parties;   // file of the laboratory's template; empty: none
-  bool as_dcc{};         // a DCC (XML) in place of a page (HTML)
+  // Files of the laboratory's template: for a page (HTML), which may do without, or for a DCC (XML).
+  std::string laboratory, dcc;
   bool force{};
 };
 

@@ -45,15 +45,17 @@ class ResultCommands {
         ->type_name("DAY");
     auto* laboratory =
         certificate
-            ->add_option("--laboratory", certificate_.parties,
+            ->add_option("--laboratory", certificate_.laboratory,
                          "the laboratory's template: a file with name, email, city and country in [laboratory] and in "
                          "[customer], and what only people know in [calibration]")
             ->type_name("PARTIES.toml")
             ->check(anyName());
     certificate
-        ->add_flag("--dcc", certificate_.as_dcc,
-                   "write a Digital Calibration Certificate of PTB, XML, in place of the page; needs --laboratory")
-        ->needs(laboratory);
+        ->add_option("--dcc", certificate_.dcc,
+                     "write a Digital Calibration Certificate of PTB, XML, in place of the page, with such a file")
+        ->type_name("PARTIES.toml")
+        ->check(anyName())
+        ->excludes(laboratory);
     certificate->add_flag("--force", certificate_.force, "overwrite an existing file");
     commands
         .add("history", "list every change of stored results, with person and time", "probebox history delay", history_)

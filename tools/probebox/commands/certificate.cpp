@@ -93,10 +93,11 @@ ExitStatus run(const Certificate& options, const std::string& uri, Console& cons
     return console.fail(
         {ExitStatus::usage, "past-day", "--next-due " + options.next_due + " is over: name a day to come"});
   std::optional<board::Parties> parties;
-  if (!options.parties.empty()) {
-    auto text = board::fileContent(options.parties);
-    if (!text) return console.fail({ExitStatus::usage, "not-read", options.parties + ": " + text.error().what});
-    auto read = board::parseParties(*text, options.parties);
+  const auto& file = options.dcc.empty() ? options.laboratory : options.dcc;
+  if (!file.empty()) {
+    auto text = board::fileContent(file);
+    if (!text) return console.fail({ExitStatus::usage, "not-read", file + ": " + text.error().what});
+    auto read = board::parseParties(*text, file);
     if (!read) return console.fail({ExitStatus::usage, "not-read", read.error().what});
     parties = std::move(*read);
   }
@@ -104,9 +105,10 @@ ExitStatus run(const Certificate& options, const std::string& uri, Console& cons
   if (!box) return console.fail(box.error());
   const auto all = certified(options, **box, console);
   if (!all) return console.fail(all.error());
-  auto document = options.as_dcc ? report::dccDocument(all->subject, all->facts, *parties, PROBEBOX_VERSION)
-                                 : Outcome<std::string>{report::certificatePage(
-                                       all->subject, all->facts, PROBEBOX_VERSION, parties ? &*parties : nullptr)};
+  auto document = !options.dcc.empty()
+                      ? report::dccDocument(all->subject, all->facts, *parties, PROBEBOX_VERSION)
+                      : Outcome<std::string>{report::certificatePage(all->subject, all->facts, PROBEBOX_VERSION,
+                                                                     parties ? &*parties : nullptr)};
   if (!document) return console.fail({ExitStatus::failed, "no-dcc", document.error().what});
   auto output = Output::open(options.output, options.force, console.out());
   if (!output) return console.fail({ExitStatus::usage, "not-written", output.error().what});
