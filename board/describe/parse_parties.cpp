@@ -23,14 +23,10 @@ Party readParty(Section section) {
 
 Outcome<Parties> parseParties(std::string_view text, std::string_view file_name) {
   return readDocument<Parties>(text, file_name, [](Section& root) {
-    Parties parties{.laboratory = readParty(root.section("laboratory")),
-                    .customer = readParty(root.section("customer"))};
-    if (root.has("calibration")) {
-      auto section = root.section("calibration");
-      readKeys(section, parties.calibration);
-      section.finish();
-    }
-    return parties;
+    return Parties{
+        .laboratory = readParty(root.section("laboratory")),
+        .customer = readParty(root.section("customer")),
+        .calibration = read<CalibrationWords>(root.section("calibration", false))};
   });
 }
 

@@ -46,7 +46,9 @@ def fill_and_query(folder, tables):
     box.propose(shop.case("delay-known-sphere"))
     box.command("accept", "2", "--by", "Ada")
     shop.until(lambda: select("SELECT count(*) FROM history WHERE state = 'active'") == [(2,)], "the second acceptance")
-    shop.until(lambda: select("SELECT DISTINCT id, subject FROM accepted_value ORDER BY id") == [(1, "delay"), (2, "delay")], "both in force")
+    shop.until(lambda: select("SELECT DISTINCT id, subject FROM accepted_value ORDER BY id") == [(1, "delay"), (2, "delay")], "both in force",
+               lambda: [select(f"SELECT {columns} FROM {table} ORDER BY arrival") for columns, table in
+                        (("arrival, id, proposed_utc, subject", "result"), ("arrival, number, utc, result_id, state", "history"))])
 
 
 shop.run(test)

@@ -28,13 +28,13 @@ def program(name, package):
     return found or skip(f"{name} is not installed: apt-get install {package}")
 
 
-def until(condition, what):
+def until(condition, what, last_seen=lambda: ""):
     end = time.monotonic() + PATIENCE_S
     while True:
         value = condition()
         if value:
             return value
-        assert time.monotonic() < end, f"not within {PATIENCE_S} s: {what}"
+        assert time.monotonic() < end, f"not within {PATIENCE_S} s: {what} {last_seen()}"
         time.sleep(0.1)
 
 

@@ -19,7 +19,7 @@ struct Known {
   ToldTimes told;
   const steady_clock::time_point began{steady_clock::now()};
 
-  seconds sinceStart() const { return floor<seconds>(steady_clock::now() - began); }
+  microseconds sinceStart() const { return floor<microseconds>(steady_clock::now() - began); }
 };
 
 Known& known() {
@@ -42,31 +42,31 @@ std::string sourceOf(const io::KernelClock& clock) {
 
 }  // namespace
 
-ToldTime::ToldTime(const messages::TimeOfDay& time, seconds since_start, std::string by)
+ToldTime::ToldTime(const messages::TimeOfDay& time, microseconds since_start, std::string by)
     : time_{time}, told_{since_start}, by_{std::move(by)} {}
 
-sys_seconds ToldTime::at(seconds since_start) const {
-  return floor<seconds>(sys_time<microseconds>{microseconds{time_.utc_us}}) + (since_start - told_);
+sys_seconds ToldTime::at(microseconds since_start) const {
+  return floor<seconds>(sys_time<microseconds>{microseconds{time_.utc_us}} + (since_start - told_));
 }
 
-std::optional<double> ToldTime::error_s(seconds since_start) const {
+std::optional<double> ToldTime::error_s(microseconds since_start) const {
   if (time_.error_ms == messages::TimeOfDay::kErrorUnknown) return std::nullopt;
-  constexpr double kOnTheWay_s = 2;  // a HELLO is sent again after half a second; whole seconds are counted here
+  constexpr double kOnTheWay_s = 2;  // a HELLO is sent again after half a second
   constexpr double kOwnClock = 100e-6;
-  return 1e-3 * time_.error_ms + kOnTheWay_s + kOwnClock * static_cast<double>((since_start - told_).count());
+  return 1e-3 * time_.error_ms + kOnTheWay_s + kOwnClock * duration<double>(since_start - told_).count();
 }
 
-std::string ToldTime::source(seconds since_start) const {
+std::string ToldTime::source(microseconds since_start) const {
   const auto error = error_s(since_start);
   return "told by a host (" + by_ + "), " + (error ? within(*error) : "error unknown");
 }
 
-bool ToldTime::isBetterThan(const ToldTime& other, seconds since_start) const {
+bool ToldTime::isBetterThan(const ToldTime& other, microseconds since_start) const {
   const auto mine = error_s(since_start), others = other.error_s(since_start);
   return mine && others ? *mine < *others : mine.has_value() || !others;
 }
 
-std::string ToldTimes::take(const messages::TimeOfDay& time, seconds since_start, std::string by) {
+std::string ToldTimes::take(const messages::TimeOfDay& time, microseconds since_start, std::string by) {
   ToldTime told{time, since_start, std::move(by)};
   if (is_in_doubt_) told.doubt();
   if (!couldBeNow(told.at(since_start))) return "";
@@ -91,13 +91,14 @@ std::string ToldTimes::take(const messages::TimeOfDay& time, seconds since_start
 }
 
 Date dateOf(const io::KernelClock& kernel, const WallClock& clock, const std::optional<ToldTime>& told,
-            seconds since_start) {
+            microseconds since_start) {
   const auto shown = floor<seconds>(kernel.utc);
   // A board that has the time from a network only is synchronised some time after its start.
   if ((clock.is_kept_right || kernel.isKept()) && couldBeNow(shown)) return {shown, isoUtc(shown), sourceOf(kernel)};
   if (told) return {told->at(since_start), isoUtc(told->at(since_start)), told->source(since_start)};
   const auto which = clock.start != 0 ? "start " + std::to_string(clock.start) : "a start";
-  return {std::nullopt, "unknown, " + std::to_string(since_start.count()) + " s after " + which, "unknown"};
+  return {std::nullopt, "unknown, " + std::to_string(floor<seconds>(since_start).count()) + " s after " + which,
+          "unknown"};
 }
 
 void setWallClock(const WallClock& clock) {

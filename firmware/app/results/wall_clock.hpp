@@ -19,22 +19,22 @@ struct WallClock {
 class ToldTime {
  public:
   // by: the connection. since_start: of the box, when it was told.
-  ToldTime(const messages::TimeOfDay& time, std::chrono::seconds since_start, std::string by);
+  ToldTime(const messages::TimeOfDay& time, std::chrono::microseconds since_start, std::string by);
 
-  std::chrono::sys_seconds at(std::chrono::seconds since_start) const;
+  std::chrono::sys_seconds at(std::chrono::microseconds since_start) const;
   // The most that it may be off, s: of the host's clock, of the way to the box, of the box's own clock since then.
   // Nothing where the host does not know how far off its clock is.
-  std::optional<double> error_s(std::chrono::seconds since_start) const;
+  std::optional<double> error_s(std::chrono::microseconds since_start) const;
   // Where a date comes from, for the record.
-  std::string source(std::chrono::seconds since_start) const;
-  bool isBetterThan(const ToldTime& other, std::chrono::seconds since_start) const;
+  std::string source(std::chrono::microseconds since_start) const;
+  bool isBetterThan(const ToldTime& other, std::chrono::microseconds since_start) const;
   const std::string& by() const { return by_; }
   // From now on its error is not known.
   void doubt() { time_.error_ms = messages::TimeOfDay::kErrorUnknown; }
 
  private:
   messages::TimeOfDay time_;
-  std::chrono::seconds told_;
+  std::chrono::microseconds told_;
   std::string by_;
 };
 
@@ -43,7 +43,7 @@ class ToldTimes {
  public:
   // Takes one, unless it cannot be or the one before is better. Returns what the log should say of it; empty: nothing.
   // Once two have contradicted each other, those and all later ones are doubted: which clock is wrong is not known.
-  std::string take(const messages::TimeOfDay& time, std::chrono::seconds since_start, std::string by);
+  std::string take(const messages::TimeOfDay& time, std::chrono::microseconds since_start, std::string by);
   const std::optional<ToldTime>& best() const { return best_; }
 
  private:
@@ -59,7 +59,7 @@ struct Date {
 
 // By the kernel's clock where that is kept right and shows a date that can be, else by what a host has told.
 Date dateOf(const io::KernelClock& kernel, const WallClock& clock, const std::optional<ToldTime>& told,
-            std::chrono::seconds since_start);
+            std::chrono::microseconds since_start);
 
 // Tells dateNow() what the box knows. Before the first call every date that can be is believed.
 void setWallClock(const WallClock& clock);

@@ -11,8 +11,7 @@ namespace probebox::metrology {
 inline constexpr std::string_view kDriftBudget = "drift of the readings";
 
 // A drift of the readings of a table in their order, or by their stamps, taken out: where the F test shows it, and
-// always where a pose is read twice, half the duration apart or more, and tells it
-// better than it is stated.
+// always where a pose is read twice, half the duration apart or more, and tells it better than it is stated.
 std::optional<Explanation> explainByDrift(const Residue& before, const Method& method, const std::string& table,
                                           double least_variance);
 

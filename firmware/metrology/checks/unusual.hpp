@@ -21,7 +21,7 @@ std::optional<Refusal> warnOfNoRedundancy(const Dataset& dataset, const Method& 
 // tool.
 std::optional<Refusal> warnOfUnusualScatter(const Dataset& dataset, const Method& method, Result& result);
 
-// Warns of readings that scatter 25 times less than stated (kLengthsInInches).
+// Warns of readings that scatter by a twelfth of what is stated or less (kLengthsInInches).
 std::optional<Refusal> warnOfInches(const Dataset& dataset, const Method& method, Result& result);
 
 // Warns of promised lengths that a machine tool seldom has, such as inches (Quantity::usual).

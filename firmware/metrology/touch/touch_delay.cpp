@@ -103,9 +103,9 @@ struct DroppedAlike {
 };
 
 // Touches of one place that differ alike at every speed did not slip: what repeats is form.
-bool isWholeSide(const DroppedAlike& group, const std::vector<TouchPlan>& plans) {
+bool isFormOfASide(const DroppedAlike& group, const std::vector<TouchPlan>& plans) {
   constexpr double kSameSide = 0.99;  // 8 degrees
-  if (group.names.size() < 2) return false;
+  if (group.why != kDisagrees || group.names.size() < 2) return false;
   const Eigen::Vector3d side = group.sum.normalized();
   const auto is_there = [&](const TouchPlan& plan) { return plan.normal.dot(side) > kSameSide; };
   const auto is_dropped = [&](const TouchPlan& plan) {
@@ -115,10 +115,10 @@ bool isWholeSide(const DroppedAlike& group, const std::vector<TouchPlan>& plans)
 }
 
 std::string sideInWords(const Eigen::Vector3d& sum) {
-  Eigen::Index axis = 0;
-  const double most = sum.normalized().cwiseAbs().maxCoeff(&axis);
-  const auto round = [](double part) { return text(std::round(part * 100) / 100); };
   const Eigen::Vector3d side = sum.normalized();
+  Eigen::Index axis = 0;
+  const double most = side.cwiseAbs().maxCoeff(&axis);
+  const auto round = [](double part) { return text(std::round(part * 100) / 100); };
   if (most > 0.99) return std::string{side[axis] < 0 ? "-" : "+"} + "XYZ"[axis];
   return "(" + round(side[0]) + ", " + round(side[1]) + ", " + round(side[2]) + ")";
 }
@@ -142,7 +142,7 @@ std::vector<std::string> droppedInWords(const std::vector<Refusal>& refusals, co
     std::string names;
     for (const auto& name : group.names) names += (names.empty() ? "" : ", ") + name;
     all.push_back("dropped: " + names + ": " +
-                  (isWholeSide(group, plans)
+                  (isFormOfASide(group, plans)
                        ? "all of the " + sideInWords(group.sum) +
                              " side: the sides contradict one another, alike at every touch, which is lobing of the "
                              "probe, form of the sphere or dirt on it, at this side or at another; touching again "

@@ -257,8 +257,7 @@ void dropOutliers(Selection& selection) {
     const auto largest = std::ranges::max_element(worst);
     if (*largest <= kOutlierDeviations) break;
     const std::string name = kept.touches.retracts[static_cast<std::size_t>(largest - worst.begin())].plan.name;
-    kept.drop(name, {"residual-too-large",
-                     name + ": disagrees with the other touches (slip, dirt, vibration or lost motion); touch again"});
+    kept.drop(name, {"residual-too-large", name + ": " + std::string{kDisagrees}});
     if (5 * (kept.touches.dropped.size() - selection.touches.dropped.size()) > selection.offered) return;
     if (kept.insufficient() || fitOnce(kept)) return;
   }
@@ -441,10 +440,7 @@ AgreedTouches onWholeRecords(AgreedTouches agreed, std::span<const Touch> record
     }
     if (5 * (kept.dropped.size() - agreed.dropped.size() + 1) > offered) break;
     const auto at = static_cast<std::size_t>(largest - worst.begin());
-    leaveOut(kept, at,
-             {"residual-too-large",
-              kept.retracts[at].plan.name +
-                  ": disagrees with the other touches (slip, dirt, vibration or lost motion); touch again"});
+    leaveOut(kept, at, {"residual-too-large", kept.retracts[at].plan.name + ": " + std::string{kDisagrees}});
     best = fitted(kept);
   }
   // No agreement without many of them: the model is at fault, and the sd tells.

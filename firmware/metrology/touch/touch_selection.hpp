@@ -1,6 +1,7 @@
 #pragma once
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "firmware/metrology/dataset/result.hpp"
@@ -12,6 +13,10 @@
 #include "protocol/units/outcome.hpp"
 
 namespace probebox::metrology {
+
+// Why a touch is dropped that the others contradict, behind its name.
+inline constexpr std::string_view kDisagrees =
+    "disagrees with the other touches (slip, dirt, vibration or lost motion); touch again";
 
 // Touches that agree, and those that were dropped.
 struct AgreedTouches {

@@ -114,6 +114,19 @@ TEST(ToldTimes, TakesTheFirstThatCanBeAndThenBetterOnes) {
   EXPECT_EQ(all.best()->at(10s), noonIn(2027) + 3s) << "worse";
 }
 
+// Else a result could be accepted a second before it was proposed.
+TEST(ToldTimes, ADateDoesNotGoBackWhenTheSameClockIsToldAgain) {
+  constexpr auto kUtc = 900ms, kSinceStart = 5100ms;
+  const auto told_at = [&](milliseconds later) {
+    return ToldTime{
+        {.utc_us = duration_cast<microseconds>(noonIn(2027).time_since_epoch() + kUtc + later).count(), .error_ms = 10},
+        kSinceStart + later,
+        "usb"};
+  };
+  for (auto later = 0ms; later < 2s; later += 50ms)
+    EXPECT_EQ(told_at(0ms).at(kSinceStart + later), told_at(later).at(kSinceStart + later)) << later.count() << " ms";
+}
+
 TEST(ToldTimes, DoubtsAllOnceTwoHaveContradictedEachOther) {
   ToldTimes all;
   all.take(timeOf(2027, 10), 10s, "usb");

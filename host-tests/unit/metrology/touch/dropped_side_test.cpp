@@ -35,6 +35,31 @@ TEST(DroppedTouches, OfOneSideAreOneWarningAboutItsForm) {
   EXPECT_LT(std::abs(tau->value() - scene.tau()), 4 * tau->sd.front());
 }
 
+// The sensor's range ends early on one side: that is no form.
+TEST(DroppedTouches, OfOneSideKeepAnotherReason) {
+  std::mt19937_64 random{5};
+  const simulation::Scene scene;
+  auto dataset = simulation::measure(scene, random);
+  const auto& normals = columnNamed(dataset, "touches", "nx");
+  const auto& touch = columnNamed(dataset, "probe", "touch");
+  const auto is_left = [&](std::size_t row) { return normals[static_cast<std::size_t>(touch[row])] < -0.9; };
+  for (const auto* channel : {"a", "b", "c"}) {
+    auto& values = columnNamed(dataset, "probe", channel);
+    double deepest = 0;
+    for (std::size_t row = 0; row < values.size(); ++row)
+      if (is_left(row)) deepest = std::max(deepest, std::abs(values[row]));
+    for (std::size_t row = 0; row < values.size(); ++row)
+      if (is_left(row)) values[row] = std::clamp(values[row], -0.6 * deepest, 0.6 * deepest);
+  }
+  const auto solved = solve(dataset);
+  ASSERT_TRUE(solved) << solved.error().reason;
+  ASSERT_EQ(solved->dropped.size(), scene.speeds_mm_s.size());
+  for (const auto& dropped : solved->dropped) EXPECT_THAT(dropped.reason, testing::Not(HasSubstr("disagrees")));
+  const auto warnings = ofDropped(*solved);
+  ASSERT_EQ(warnings.size(), 1);
+  EXPECT_THAT(warnings.front(), testing::Not(HasSubstr("machine-check")));
+}
+
 TEST(DroppedTouches, ThatSlippedAreToBeTouchedAgain) {
   std::mt19937_64 random{6};
   const simulation::Scene scene;
