@@ -24,6 +24,16 @@ std::vector<double> delaysOf(const Scene& scene) {
   return {scene.tauOf(0), scene.tauOf(1), scene.tauOf(2)};
 }
 
+// Of every touch method, as far as it gives these.
+std::vector<Truth> truthOf(const Scene& scene) {
+  const auto& c = scene.centre_mm;
+  const auto gain = scene.gain.reshaped<Eigen::RowMajor>();
+  return {{"tau_s", {scene.tau()}},
+          {"tau_axis_s", delaysOf(scene)},
+          {"centre_mm", {c.x(), c.y(), c.z()}},
+          {"gain_matrix", {gain.begin(), gain.end()}}};
+}
+
 // Of a vibration that looks like 5 Hz.
 double besideTheRate(double machine_rate_hz) {
   return machine_rate_hz - 5;
@@ -35,7 +45,7 @@ void put(const Errors& errors, Scene& scene) {
   scene.every_s = kBetweenTouches_s;
   if (errors.has(Err::lost_motion)) of.lost_motion_mm.setConstant(errors.size * kLost_mm);
   if (errors.has(Err::hysteresis)) of.hysteresis_mm = errors.size * kHysteresis_mm;
-  if (errors.has(Err::drift)) of.drift_mm_min.setConstant(errors.size * kDrift_mm_per_min * 60 / kBetweenTouches_s);
+  if (errors.has(Err::drift)) of.drift_mm_min.setConstant(errors.size * kDrift_mm_per_min);
   if (errors.has(Err::lobing)) of.form_mm = [size = errors.size](const Vector3d& n) { return size * lobe_mm(n); };
   if (errors.has(Err::curvature)) of.curvature_per_mm.setConstant(errors.size * kCurvature / scene.overtravel_mm);
   if (errors.has(Err::vibration)) {
@@ -100,7 +110,7 @@ std::optional<Dataset> touched(Scene& scene, const Errors& errors, Random& rando
 std::optional<SimulatedCase> delay(Scene scene, const Errors& errors, Random& random) {
   auto dataset = touched(scene, errors, random);
   if (!dataset) return std::nullopt;
-  return SimulatedCase{*std::move(dataset), {{"tau_s", {scene.tau()}}, {"tau_axis_s", delaysOf(scene)}}};
+  return SimulatedCase{*std::move(dataset), truthOf(scene)};
 }
 
 // The default plan of a run of touches: two speeds, and the first touch again.

@@ -11,6 +11,7 @@ struct MachineAccuracy {
   double squareness_urad{50};
   double lost_motion_um{5};
   double drift_um_per_min{0.5};
+  double probing_form_um{2};
 
   struct Key {
     const char* key;  // in [accuracy] of machine.toml, in a case and in a budget
@@ -34,7 +35,12 @@ inline constexpr MachineAccuracy::Key kDriftError{
     "drift_um_per_min", &MachineAccuracy::drift_um_per_min, 100, "drift of the machine",
     "by which the place of the tool against the part creeps, each coordinate"};
 
-inline constexpr MachineAccuracy::Key kMachineErrors[]{kScaleError, kSquarenessError, kLostMotionError, kDriftError};
+inline constexpr MachineAccuracy::Key kProbingFormError{
+    "probing_form_um", &MachineAccuracy::probing_form_um, 100, "form of probing",
+    "by which a touch reads too much or too little by its direction: lobing of the probe, and form of what is touched"};
+
+inline constexpr MachineAccuracy::Key kMachineErrors[]{kScaleError, kSquarenessError, kLostMotionError, kDriftError,
+                                                       kProbingFormError};
 
 constexpr bool isMachineError(std::string_view key) {
   return std::ranges::any_of(kMachineErrors, [&](const auto& error) { return error.key == key; });

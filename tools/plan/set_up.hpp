@@ -37,7 +37,7 @@ struct SetUp {
   double sd_stylus_ball_diameter_mm{};
   std::optional<procedure::SphereTemperature> sphere_temperature{};  // nothing: 20 degrees
   // Errors of the machine (k = 1); nothing: not stated.
-  std::optional<MachineAccuracy> accuracy{MachineAccuracy{0, 0, 0, 0}};
+  std::optional<MachineAccuracy> accuracy{MachineAccuracy{0, 0, 0, 0, 0}};
   double sigma_c_rad{5e-6};  // repeatability of an angle of the rotary axis C (k = 1)
   // A tilting table, with a point of its axis from the same origin as the balls, and a swivelling head: sigma_rad is
   // the same for B; without angles those of the method.

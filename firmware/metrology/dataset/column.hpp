@@ -101,6 +101,7 @@ inline constexpr MethodColumn kSetX = kX.as(ColumnRole::set_coordinate), kSetY =
                               kSetZ = kZ.as(ColumnRole::set_coordinate);
 inline constexpr MethodColumn kNormalX{"nx", ColumnRole::direction}, kNormalY{"ny", ColumnRole::direction},
     kNormalZ{"nz", ColumnRole::direction};
+inline constexpr MethodColumn kNormal[]{kNormalX, kNormalY, kNormalZ};
 // Of a retract, of the touch of a shank, or of a joint.
 inline constexpr MethodColumn kAlongX{"ux", ColumnRole::direction}, kAlongY{"uy", ColumnRole::direction},
     kAlongZ{"uz", ColumnRole::direction};

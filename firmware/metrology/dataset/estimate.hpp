@@ -19,6 +19,9 @@ struct Estimate {
   // sd of each value per unit sigma of one reading: the geometry's contribution, independent of the noise. Empty if
   // undefined. Unit: that of the value per that of the reading (Result::design_per).
   std::vector<double> design{};
+  // Change of each value, a row each, when one touch of Result::touched lies 1 mm further along its normal. Empty
+  // of a value that does not rest on these.
+  std::vector<double> per_shift{};
   // Combined standard uncertainty of each value, type A and B (k = 1); equal to sd without type B inputs. U = 2 * this.
   std::vector<double> uncertainty{};
 

@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "firmware/metrology/dataset/dataset.hpp"
 #include "firmware/metrology/dataset/estimate.hpp"
 #include "protocol/units/outcome.hpp"
 
@@ -76,6 +77,7 @@ struct Result {
   std::optional<WorstDetermined> weakest;
   std::vector<Contribution> budget;
   Residuals residuals;
+  Table touched;                      // touches that were used: t_s, x_mm, y_mm, z_mm, nx, ny, nz; for the budget alone
   std::vector<Condition> conditions;  // stated conditions of the measurement
 
   // Searches estimates, then also.

@@ -13,6 +13,7 @@ namespace probebox::metrology {
 inline constexpr std::string_view kResidualsExceedNoise = "residuals-exceed-noise";
 inline constexpr std::string_view kResidualsBelowNoise = "residuals-below-noise";
 inline constexpr std::string_view kResidualsShowAPattern = "residuals-show-a-pattern";
+inline constexpr std::string_view kResidualsCorrelated = "residuals-correlated";
 // Each other or their model; also the name of a refusal.
 inline constexpr std::string_view kReadingsContradict = "readings-contradict";
 

@@ -420,9 +420,8 @@ void addForm(Result& result, const CheckRun& run, const AllTouches& together, co
   if (!form.explained) {
     result.warnings.emplace_back(
         "form-not-of-lobes: the places of the directions miss two to four lobes by more than their noise; the map "
-        "shows "
-        "where. Look for dirt on sphere and stylus, for a loose stylus, and for axes that are not square to each "
-        "other");
+        "shows where: look for dirt on sphere and stylus, a loose stylus, the squareness of the axes and the scale of "
+        "the axes");
   }
   std::vector<double> map, sd;
   for (Index d = 0; d < run.driftAt(); ++d) {

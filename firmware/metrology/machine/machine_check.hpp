@@ -41,7 +41,8 @@ inline constexpr Quantity kForm3d{
         "3-D form of probing, P_FTU (ISO 10360-5, ISO 230-10): range of the distances from the fitted sphere, one "
         "touch a direction at the slowest speed, drift taken out",
     .kind = QuantityKind::error,
-    .standard = "form error of probing, P_FTU (ISO 10360-5), P_FTU,3D (ISO 230-10)"};
+    .standard = "form error of probing, P_FTU (ISO 10360-5), P_FTU,3D (ISO 230-10)",
+    .measures = {&kProbingFormError, 1e3 / 3.93}};  // the range of 25 normal deviates, in their sd
 inline constexpr Quantity kForm2d{
     .key = "form_2d_mm",
     .about = "2-D form of probing, P_FTU,2D (ISO 230-10): the same of the directions across the stylus, about a circle",

@@ -514,9 +514,9 @@ Result reportMatch(const Dataset& dataset, const Match& match, const Eigen::Vect
                               "): sd widened; check for stiction or a loose stylus");
   }
   if (match.correlation.is_clear) {
-    result.warnings.push_back("neighbouring samples are correlated (" + text(match.correlation.r) +
-                              "), as by a filter or vibration: sd " + text(std::sqrt(match.correlation.inflation())) +
-                              " times that of independent samples");
+    result.warnings.push_back(std::string{kResidualsCorrelated} + ": neighbouring samples are correlated (" +
+                              text(match.correlation.r) + "), as by a filter or vibration: sd " +
+                              text(std::sqrt(match.correlation.inflation())) + " times that of independent samples");
   }
   for (const auto& name : match.dropped)
     result.dropped.push_back({name, "more than 4.5 deviations from the other samples"});

@@ -167,7 +167,7 @@ Outcome<Steady, Refusal> fitWindow(const AnalysedStream& seen, Window window) {
     return aboutTouch(seen.touch, "speed-not-constant",
                       "the " + seen.name + " speed changes by " + text(100.0 * change) +
                           " % during the retract, 2 % are allowed; retract at constant feed, "
-                          "with the override locked");
+                          "with the override locked, and look whether the tip slips or the probe's gain bends");
   }
   if (auto bad = tooRough(seen, steady)) return *bad;
   return steady;

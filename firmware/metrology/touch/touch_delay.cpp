@@ -185,6 +185,12 @@ Outcome<TouchDelay, Refusal> TouchDelay::measure(const Dataset& dataset, TouchQu
   return TouchDelay{dataset, question, std::move(agreed), std::move(plans), previous, spindle_rad};
 }
 
+std::vector<double> TouchDelay::perShift(Eigen::Index first, Eigen::Index rows) const {
+  const Eigen::MatrixXd changes = touches_.fit.per_shift.middleRows(first, rows);
+  const auto by_value = changes.reshaped<Eigen::RowMajor>();
+  return {by_value.begin(), by_value.end()};
+}
+
 Estimate TouchDelay::delay() const {
   const Eigen::VectorXd tau = previous_ + touches_.fit.tau_s;
   const Eigen::VectorXd sd = (touches_.fit.covariance.diagonal().head(tau.size()) * widening()).cwiseSqrt();
@@ -192,6 +198,7 @@ Estimate TouchDelay::delay() const {
                           ? Estimate::scalar(quantity::kTau, tau[0], sd[0])
                           : Estimate::vector(delayKey(question_), {tau.begin(), tau.end()}, {sd.begin(), sd.end()});
   estimate.design = design_.tau_s_mm;
+  estimate.per_shift = perShift(0, tau.size());
   return estimate;
 }
 
@@ -201,7 +208,17 @@ std::optional<Estimate> TouchDelay::centre() const {
   const Eigen::VectorXd sd = fit.centre_sd * std::sqrt(widening());
   auto estimate = Estimate::vector(quantity::kCentre, {fit.centre.begin(), fit.centre.end()}, {sd.begin(), sd.end()});
   estimate.design = design_.centre;
+  estimate.per_shift = perShift(question_.delayCount(), 3);
   return estimate;
+}
+
+// One gain stands for all deflections: by how much it changes on the way in, relative, is how well it is known.
+double TouchDelay::bentBy() const {
+  if (!touches_.whole || !touches_.fit.gain) return 0;
+  double depth_mm = 0;
+  for (const auto& retract : touches_.retracts)
+    depth_mm = std::max(depth_mm, (*touches_.fit.gain * retract.probe_apex).norm());
+  return touches_.whole->bend_per_mm * depth_mm;
 }
 
 std::optional<Estimate> TouchDelay::gainMatrix() const {
@@ -212,7 +229,9 @@ std::optional<Estimate> TouchDelay::gainMatrix() const {
     return Estimate::matrix(quantity::kGainMatrix, 3, {entries.begin(), entries.end()}, std::move(sd));
   };
   if (touches_.fit.gain) {
-    const Eigen::Matrix3d sd_at_zero = (back.cwiseAbs2() * touches_.fit.gain_sd.cwiseAbs2()).cwiseSqrt();
+    const Eigen::Matrix3d at_zero = back * *touches_.fit.gain;
+    const Eigen::Matrix3d sd_at_zero =
+        (back.cwiseAbs2() * touches_.fit.gain_sd.cwiseAbs2() + (bentBy() * at_zero).cwiseAbs2()).cwiseSqrt();
     const auto sd = sd_at_zero.reshaped<Eigen::RowMajor>();
     return estimate(*touches_.fit.gain, {sd.begin(), sd.end()});
   }
@@ -245,6 +264,7 @@ std::optional<Estimate> TouchDelay::staticError(double stated_mm) const {
   const Estimate found = size();
   auto error = Estimate::scalar(quantity::kStaticError, found.value() - stated_mm, found.standardDeviation());
   error.design = found.design;
+  error.per_shift = found.per_shift;
   return error;
 }
 
@@ -308,6 +328,16 @@ void TouchDelay::addResiduals(Result& result) const {
   }
 }
 
+void TouchDelay::addTouched(Result& result) const {
+  result.touched = Table::withColumns("touched", {column::kTime.name, column::kX.name, column::kY.name, column::kZ.name,
+                                                  column::kNormalX.name, column::kNormalY.name, column::kNormalZ.name});
+  for (const auto& retract : touches_.retracts) {
+    const auto& at = retract.machine_apex;
+    const auto& n = retract.plan.normal;
+    result.touched.append({retract.machine.t_mean, at.x(), at.y(), at.z(), n.x(), n.y(), n.z()});
+  }
+}
+
 Result TouchDelay::report() const {
   const TouchFit& fit = touches_.fit;
   Result result;
@@ -323,6 +353,7 @@ Result TouchDelay::report() const {
     for (const auto& spike : retract.spikes) result.dropped.push_back({retract.plan.name + ", " + spike, "spike"});
   }
   addResiduals(result);
+  addTouched(result);
   addResidualDelay(result, delay(), previous_);
   if (spindle_rad_) result.also.push_back(Estimate::scalar(std::string{kGainTakenAt}, *spindle_rad_, std::nullopt));
   return result;
@@ -332,6 +363,7 @@ Estimate TouchDelay::size() const {
   const auto variance = touches_.fit.covariance.diagonal().tail<1>()[0] * widening();
   auto estimate = Estimate::scalar(quantity::kEffectiveDiameter, touches_.fit.size_mm, std::sqrt(variance));
   estimate.design = design_.size;
+  estimate.per_shift = perShift(touches_.fit.per_shift.rows() - 1, 1);
   return estimate;
 }
 

@@ -61,8 +61,12 @@ class TouchDelay {
         previous_{std::move(previous)},
         spindle_rad_{spindle_rad} {}
 
+  double bentBy() const;
+  // Estimate::per_shift of some rows of TouchFit::per_shift.
+  std::vector<double> perShift(Eigen::Index first, Eigen::Index rows) const;
   void addWarnings(Result& result) const;
   void addResiduals(Result& result) const;
+  void addTouched(Result& result) const;
 
   const Dataset* dataset_;
   TouchQuestion question_;

@@ -62,6 +62,7 @@ void addDelays(TouchFit& result, const TouchModel& model, const Fit& fit, const 
   result.tau_s = fit.parameters.segment(model.tauAt(), delays);
   result.size_mm = 2.0 * model.radius(fit.parameters);
   result.covariance = rows * fit.cofactor * rows.transpose();
+  result.per_shift = rows * model.perShift(fit);
 }
 
 void addGain(TouchFit& result, const TouchModel& model, const Fit& fit) {

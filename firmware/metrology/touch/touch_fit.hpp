@@ -20,6 +20,8 @@ struct TouchFit {
   double size_mm{};       // 2 R, known or fitted
   // Covariance of tau_s, centre and, if fitted, size_mm, from the noise of the samples.
   Eigen::MatrixXd covariance;
+  // Change of the same, a row each, when one touch, a column each, lies 1 mm further along its normal.
+  Eigen::MatrixXd per_shift;
   Eigen::VectorXd centre;  // mm, in the span of the normals: three numbers for a sphere
   Eigen::VectorXd centre_sd;
   std::optional<Eigen::Matrix3d> gain;  // A (A3), when it is common and the deflections span space

@@ -295,6 +295,18 @@ Linearised TouchModel::operator()(const VectorXd& at) const {
   return model;
 }
 
+MatrixXd TouchModel::perShift(const Fit& fit) const {
+  const MatrixXd jacobian = (*this)(fit.parameters).jacobian;
+  MatrixXd changes{parameters(), size()};
+  for (Index i = 0; i < size(); ++i) {
+    const double radial_sd = factor_[static_cast<std::size_t>(i)](3, 3);
+    const VectorXd direction = outwards(i, point(i, fit.parameters), fit.parameters);
+    const double outward = direction.dot(span_.transpose() * touch(i).plan.normal);
+    changes.col(i) = -outward / radial_sd * fit.cofactor * jacobian.row(rowsOfTouch() * (i + 1) - 1).transpose();
+  }
+  return changes;
+}
+
 VectorXd TouchModel::radial(const VectorXd& at) const {
   VectorXd residuals{size()};
   for (Index i = 0; i < size(); ++i) residuals[i] = off_mm(i, point(i, at), at);

@@ -72,6 +72,9 @@ class TouchModel {
   // Sets the weights, which depend weakly on the parameters, at these parameters.
   void weighAt(const Eigen::VectorXd& at);
   Linearised operator()(const Eigen::VectorXd& at) const;
+  // Change of each parameter, one row each, when one touch, one column each, lies 1 mm further along its
+  // normal.
+  Eigen::MatrixXd perShift(const Fit& fit) const;
 
   // One per touch, mm, mm/s and mm: radial residual, outward speed, and radial residual of the point at rest at the
   // apex.

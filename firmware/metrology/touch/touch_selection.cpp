@@ -382,6 +382,7 @@ void takeOver(AgreedTouches& agreed, WholeRecord whole) {
   fit.tau_s = whole.tau_s;
   fit.size_mm = whole.size_mm;
   fit.covariance = whole.covariance(rows, rows);
+  fit.per_shift = whole.per_shift(rows, Eigen::all);
   fit.centre = whole.centre;
   fit.centre_sd = fit.covariance.diagonal().segment(delays, centre).cwiseSqrt();
   fit.radial = whole.off_mm;

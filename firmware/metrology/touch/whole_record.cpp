@@ -304,6 +304,19 @@ class Agreement {
     return at;
   }
 
+  // Change of each parameter, one row each, when one touch, one column each, lies 1 mm further along its normal: as if
+  // it alone had a smaller radius, or a larger one where it is touched from within.
+  MatrixXd perShift(const Fit& fit, bool common_bend) const {
+    const MatrixXd jacobian = evaluate(fit.parameters, common_bend).jacobian;
+    MatrixXd changes{parameters(), std::ssize(touches_)};
+    for (Index i = 0; i < changes.cols(); ++i) {
+      const auto of_touch = jacobian.middleRows(3 * i, 3);
+      const double outward = outwards(touch(i), fit.parameters).dot(span_.transpose() * touch(i).plan.normal);
+      changes.col(i) = outward * fit.cofactor * of_touch.transpose() * of_touch.col(radiusAt());
+    }
+    return changes;
+  }
+
   // bends: whether the touches have one bend, else each its own.
   Linearised evaluate(const VectorXd& at, bool common_bend) const {
     const Index n = std::ssize(touches_);
@@ -410,6 +423,12 @@ class Agreement {
   MatrixXd lost_;
 };
 
+double rootMeanSquareBend(const std::vector<WholeTouch>& touches) {
+  double squares = 0.0;
+  for (const auto& one : touches) squares += one.values[3] * one.values[3];
+  return std::sqrt(squares / static_cast<double>(touches.size()));
+}
+
 // At one speed lost motion looks like delay, but not at rest. known_mm: of every axis.
 std::optional<std::string> lostMotionAtRest(const std::vector<WholeTouch>& touches, double known_mm) {
   double weights = 0.0;
@@ -484,8 +503,10 @@ Outcome<WholeRecord, Refusal> fitWholeRecord(std::span<const Touch> touches, con
   result.lost_mm = at.segment(agreement.delays(), agreement.lost());
   result.centre = centre * at.segment(agreement.centreAt(), n);
   result.size_mm = 2.0 * at[agreement.radiusAt()];
-  result.bend_per_mm = at[at.size() - 1];
+  result.bend_per_mm = common_bend ? at[at.size() - 1] : rootMeanSquareBend(run.touches());
   result.covariance = chosen * fit->cofactor * chosen.transpose();
+  result.per_shift = MatrixXd::Zero(at.size(), std::ssize(touches));
+  result.per_shift(Eigen::all, rows) = chosen * agreement.perShift(*fit, common_bend);
   result.condition = fit->condition;
   result.noise_dof = run.dof();
   result.touches = run.touches();

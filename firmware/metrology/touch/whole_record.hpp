@@ -34,9 +34,11 @@ struct WholeRecord {
   Eigen::VectorXd lost_mm;  // of x, y and z; of all axes together; or empty at one speed
   Eigen::VectorXd centre;   // mm, in the span of the normals: three numbers for a sphere
   double size_mm{};         // effective
-  double bend_per_mm{};     // of the probe's gain, relative
+  double bend_per_mm{};     // of the probe's gain, relative; root mean square where touches differ
   // Of tau_s, lost_mm, centre, size_mm and bend_per_mm, in this order, from the readings' noise.
   Eigen::MatrixXd covariance;
+  // Change of the same, a row each, when one touch, a column each, lies 1 mm further along its normal.
+  Eigen::MatrixXd per_shift;
   double chi2_reduced{};  // of what the touches tell, against that noise
   std::size_t chi2_dof{};
   std::size_t noise_dof{};    // of the residuals of the stream with fewer

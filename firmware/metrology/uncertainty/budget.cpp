@@ -46,6 +46,26 @@ std::optional<Result> solvedWith(const Dataset& dataset, Solver solver, const Ty
   return std::move(solved).value();
 }
 
+// What touches that lie elsewhere leave of the result, to first order.
+Result withTouchesMoved(Result result, const std::vector<double>& outwards_mm) {
+  for (auto* list : {&result.estimates, &result.also}) {
+    for (auto& estimate : *list) {
+      if (estimate.per_shift.size() != estimate.values.size() * outwards_mm.size()) continue;
+      auto per_shift = estimate.per_shift.begin();
+      for (double& value : estimate.values)
+        for (const double outwards : outwards_mm) value += *per_shift++ * outwards;
+    }
+  }
+  return result;
+}
+
+// They are of no further use.
+void forgetTouches(Result& result) {
+  result.touched = {};
+  for (auto* list : {&result.estimates, &result.also})
+    for (auto& estimate : *list) estimate.per_shift.clear();
+}
+
 // One of them is enough for an error whose effect is proportional to it.
 Neighbours neighbourOf(const Dataset& dataset, Solver solver, const TypeBInput& input, std::size_t count) {
   Neighbours found;
@@ -246,13 +266,17 @@ Solved withUncertainty(const Dataset& dataset, const Method& method, StoreReader
   auto solved = method.solver(known);
   if (!solved) return solved;
   Result& result = solved.value();
+  std::ranges::move(touchErrors(known, method, result.touched), std::back_inserter(inputs));
   const auto here = valuesOf(result);
   std::vector<Contribution> type_b;
   std::vector<double> in_sd(here.size(), 0.0);
   Squares of_also;
   std::vector<std::string> assumed;
   for (const auto& input : inputs) {
-    TRY(const auto beside, neighboursOf(known, method.solver, input, here.size()));
+    TRY(const auto beside, input.outwards_mm.empty()
+                               ? neighboursOf(known, method.solver, input, here.size())
+                               : Outcome<Neighbours, Refusal>{Neighbours{
+                                     .above = withTouchesMoved(result, input.outwards_mm), .below = {}, .width = 1}});
     if (!beside.above && !beside.below) {
       auto warning = "U holds no " + input.name +
                      ": the case is refused where the readings are moved by that; look for readings at a limit";
@@ -282,6 +306,7 @@ Solved withUncertainty(const Dataset& dataset, const Method& method, StoreReader
   result.budget.insert(result.budget.end(), type_b.begin(), type_b.end());
   addCombined(result);
   combineAlso(result, std::move(of_also));
+  forgetTouches(result);
   if (result.covariance) result.weakest = worstDeterminedOf(*result.covariance);
   addUnobservable(result, dataset, method);
   result.conditions = conditionsOf(dataset);

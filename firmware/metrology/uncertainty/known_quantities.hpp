@@ -36,6 +36,8 @@ struct TypeBInput {
   bool is_assumed{};      // the case does not state it
   bool whole_step{};      // moved by a whole sd
   std::string warning{};  // of an input that nobody has stated: it counts, and is told, where it is a tenth of an sd
+  // In place of `move`: by what one sd moves what was read at each touch of Result::touched outwards, mm.
+  std::vector<double> outwards_mm{};
 };
 
 // An input that moves columns of the tables of the case, row by row; by_one: by what one unit of the quantity moves

@@ -1,5 +1,6 @@
 #include "firmware/metrology/uncertainty/machine_errors.hpp"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,6 +12,7 @@
 
 #include "firmware/metrology/dataset/configuration.hpp"
 #include "firmware/metrology/dataset/read_times.hpp"
+#include "firmware/metrology/fit/sphere.hpp"
 #include "protocol/units/angle.hpp"
 #include "protocol/units/machine_accuracy.hpp"
 
@@ -62,9 +64,8 @@ std::vector<Places> placesOf(const Dataset& dataset, const Method& method, bool 
     for (const auto& column : table.columns) {
       if (const auto axis = axisOf(columnOf(method, table.name, column.name))) places.axes.at(*axis) = &column;
     }
-    constexpr std::array kNormals{column::kNormalX, column::kNormalY, column::kNormalZ};
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      const auto normal = std::ranges::find(table.columns, kNormals.at(axis).name, &Column::name);
+      const auto normal = std::ranges::find(table.columns, column::kNormal[axis].name, &Column::name);
       if (normal != table.columns.end()) places.normals.at(axis) = &*normal;
     }
     if (std::ranges::all_of(places.axes, [](const Column* column) { return column == nullptr; })) continue;
@@ -142,20 +143,71 @@ std::vector<Table> bySide(std::size_t axis, const std::vector<Places>& all) {
   });
 }
 
+// The middle of what single contacts, or samples, lie around.
+Eigen::Vector3d middleOfTouched(const Places& places) {
+  Eigen::MatrixX3d points{static_cast<Eigen::Index>(places.table->rows()), 3};
+  Eigen::Vector3d middle{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto at = static_cast<Eigen::Index>(axis);
+    middle[at] = middleOf({places}, axis);
+    points.col(at).setConstant(middle[at]);
+    if (const auto* values = places.axes.at(axis))
+      points.col(at) = Eigen::VectorXd::Map(values->values.data(), points.rows());
+  }
+  if (const auto ball = algebraicBall(points)) return ball->centre;
+  if (const auto circle = algebraicBall(points.leftCols<2>())) middle.head<2>() = circle->centre;
+  return middle;
+}
+
+// The side of each place: the normal of its touch where the case states that, else away from the middle.
+std::vector<Eigen::Vector3d> sidesTouched(const Dataset& dataset, const Places& places) {
+  std::map<double, Eigen::Vector3d> normals;
+  const auto* touches = dataset.table("touches");
+  const auto* ids = places.table->column(column::kTouch);
+  if (ids != nullptr && touches != nullptr && touches->rectangular()) {
+    std::array<const std::vector<double>*, 4> columns{
+        touches->column(column::kTouch), touches->column(column::kNormalX), touches->column(column::kNormalY),
+        touches->column(column::kNormalZ)};
+    const bool are_there = std::ranges::none_of(columns, [](const auto* column) { return column == nullptr; });
+    for (std::size_t row = 0; are_there && row < touches->rows(); ++row)
+      normals[(*columns[0])[row]] = {(*columns[1])[row], (*columns[2])[row], (*columns[3])[row]};
+  }
+  const Eigen::Vector3d middle = normals.empty() ? middleOfTouched(places) : Eigen::Vector3d::Zero();
+  std::vector<Eigen::Vector3d> sides;
+  for (std::size_t row = 0; row < places.table->rows(); ++row) {
+    Eigen::Vector3d side = Eigen::Vector3d::Zero();
+    if (!normals.empty()) {
+      const auto normal = normals.find((*ids)[row]);
+      if (normal != normals.end()) side = normal->second;
+    } else {
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        if (const auto* values = places.axes.at(axis))
+          side[static_cast<Eigen::Index>(axis)] = values->values[row] - middle[static_cast<Eigen::Index>(axis)];
+      side.stableNormalize();
+    }
+    sides.push_back(side);
+  }
+  return sides;
+}
+
 // What three lobes of a probe, of 3 um, leave on the sides of single contacts and of samples around Z; cosine or sine.
-std::vector<Table> byLobes(std::size_t axis, const std::vector<Places>& all, bool sine) {
-  const std::array middle{middleOf(all, 0), middleOf(all, 1), middleOf(all, 2)};
-  return along(axis, all, [&](const Places& places, std::size_t row) {
+std::vector<Table> byLobes(const Dataset& dataset, const std::vector<Places>& all, bool sine) {
+  std::vector<Table> moved;
+  for (const auto& places : all) {
     const bool is_one_side = places.contacts || places.table->column(column::kTime) != nullptr;
-    if (!is_one_side || places.axes[0] == nullptr || places.axes[1] == nullptr) return 0.0;
-    std::array<double, 3> side{};
-    for (std::size_t k = 0; k < 3; ++k)
-      if (places.axes.at(k) != nullptr) side.at(k) = places.axes.at(k)->values[row] - middle.at(k);
-    const double around = 3 * std::atan2(side[1], side[0]), length = std::hypot(side[0], side[1], side[2]);
-    const double across = std::hypot(side[0], side[1]) / length;
-    return length > 0 ? 3 * kMm_um * (sine ? std::sin(around) : std::cos(around)) * across * side.at(axis) / length
-                      : 0.0;
-  });
+    if (!is_one_side || places.axes[0] == nullptr || places.axes[1] == nullptr) continue;
+    const auto sides = sidesTouched(dataset, places);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto shift = [&](const Places&, std::size_t row) {
+        const auto& side = sides[row];
+        const double around = 3 * std::atan2(side.y(), side.x());
+        return 3 * kMm_um * (sine ? std::sin(around) : std::cos(around)) * side.head<2>().norm() *
+               side[static_cast<Eigen::Index>(axis)];
+      };
+      std::ranges::move(along(axis, {places}, shift), std::back_inserter(moved));
+    }
+  }
+  return moved;
 }
 
 const Column* angleOfC(const Table& table) {
@@ -260,12 +312,68 @@ bool isNothing(const std::vector<Table>& moved) {
   });
 }
 
+// Touches as places that were read, each with its normal.
+Places touchedPlaces(const Table& touched) {
+  Places places{&touched, {}, {}, 0, true};
+  const auto named = [&](const MethodColumn& column) {
+    return &*std::ranges::find(touched.columns, column.name, &Column::name);
+  };
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    places.axes.at(axis) = named(column::kPosition[axis]);
+    places.normals.at(axis) = named(column::kNormal[axis]);
+  }
+  return places;
+}
+
+// The part of what touches are moved by that is along their normals, for one sd.
+TypeBInput outwardsInput(std::string_view name, double sd, const std::vector<Table>& by_one, const Places& touches) {
+  TypeBInput input{.name = std::string{name}, .sd = sd, .move = {}};
+  input.outwards_mm.resize(touches.table->rows());
+  for (const auto& [table, columns] : by_one) {
+    const auto axis = std::ranges::find(column::kPosition, columns.front().name, &MethodColumn::name);
+    const auto& normals = touches.normals.at(static_cast<std::size_t>(axis - column::kPosition))->values;
+    for (std::size_t row = 0; row < normals.size(); ++row)
+      input.outwards_mm[row] += sd * columns.front().values[row] * normals[row];
+  }
+  return input;
+}
+
+// Of a unit for each group of touches of one direction; of none that has a group before it.
+std::vector<std::vector<double>> byDirection(const Places& touches) {
+  constexpr double kSameDirection = 0.99;  // 8 degrees
+  const std::size_t count = touches.table->rows();
+  const auto cosine = [&](std::size_t i, std::size_t k) {
+    double sum = 0;
+    for (const auto* normal : touches.normals) sum += normal->values[i] * normal->values[k];
+    return sum;
+  };
+  std::vector<std::vector<double>> groups;
+  std::vector<bool> is_in_group(count);
+  for (std::size_t first = 0; first < count; ++first) {
+    if (is_in_group[first]) continue;
+    groups.emplace_back(count);
+    for (std::size_t k = first; k < count; ++k) {
+      if (is_in_group[k] || cosine(first, k) < kSameDirection) continue;
+      is_in_group[k] = true;
+      groups.back()[k] = 1;
+    }
+  }
+  return groups;
+}
+
 class Inputs {
  public:
-  Inputs(const Dataset& dataset, const MachineAccuracy& stated) : dataset_{dataset}, stated_{stated} {}
+  // touches: those which `by_one` moves, in place of the readings of the case.
+  Inputs(const Dataset& dataset, const MachineAccuracy& stated, const Places* touches = nullptr)
+      : dataset_{dataset}, stated_{stated}, touches_{touches} {}
 
   void add(const MachineAccuracy::Key& error, std::vector<Table> by_one, bool whole = false) {
-    if (!isNothing(by_one)) add(error, movedInput(error.key, stated_.*error.member, std::move(by_one)), whole);
+    if (isNothing(by_one)) return;
+    const double sd = stated_.*error.member;
+    add(error,
+        touches_ != nullptr ? outwardsInput(error.key, sd, by_one, *touches_)
+                            : movedInput(error.key, sd, std::move(by_one)),
+        whole);
   }
   void add(const MachineAccuracy::Key& error, TypeBInput input, bool whole) {
     if (!(input.sd > 0)) return;
@@ -279,6 +387,7 @@ class Inputs {
       add(kScaleError, byLever(axis, axis, places));
       for (std::size_t lever = axis + 1; lever < 3; ++lever) add(kSquarenessError, byLever(axis, lever, places));
       add(kDriftError, byTime(axis, places, reading_s));
+      add(kScaleError, byHalf(axis, places));
     }
   }
   std::vector<TypeBInput> all() && { return std::move(all_); }
@@ -286,12 +395,11 @@ class Inputs {
  private:
   const Dataset& dataset_;
   const MachineAccuracy& stated_;
+  const Places* touches_;
   std::vector<TypeBInput> all_;
 };
 
-}  // namespace
-
-Outcome<std::vector<TypeBInput>, Refusal> machineErrors(const Dataset& dataset, const Method& method) {
+Outcome<MachineAccuracy, Refusal> accuracyOf(const Dataset& dataset) {
   MachineAccuracy stated;
   for (const auto& [key, member, most, name, meaning] : kMachineErrors) {
     TRY(const auto number, configNumber(dataset, key));
@@ -300,20 +408,39 @@ Outcome<std::vector<TypeBInput>, Refusal> machineErrors(const Dataset& dataset, 
                                        ": give a standard deviation (k = 1) from 0 to " + text(most)};
     if (number) stated.*member = *number;
   }
+  return stated;
+}
+
+}  // namespace
+
+Outcome<std::vector<TypeBInput>, Refusal> machineErrors(const Dataset& dataset, const Method& method) {
+  TRY(const auto stated, accuracyOf(dataset));
   TRY(const auto reading_s, configPositive(dataset, kReadingTime));
   if (method.measures_machine) return std::vector<TypeBInput>{};
   Inputs inputs{dataset, stated};
   const auto places = placesOf(dataset, method);
   inputs.addPlaces(places, reading_s.value_or(kUsualReading_s));
-  for (std::size_t axis = 0; axis < 3 && !places.empty(); ++axis) {
-    inputs.add(kScaleError, byHalf(axis, places));
-    inputs.add(kLostMotionError, bySide(axis, places));
-  }
+  for (std::size_t axis = 0; axis < 3 && !places.empty(); ++axis) inputs.add(kLostMotionError, bySide(axis, places));
   // A smaller step would be lost in the choice of samples.
   const bool is_known = dataset.config.contains("sd_lost_motion_mm");
   if (!is_known) inputs.add(kLostMotionError, byMotion(dataset, method), true);
   if (!is_known && isOfJoints(dataset, method))
     inputs.add(kLostMotionError, ofJoints(stated.lost_motion_um * kMm_um), false);
+  return std::move(inputs).all();
+}
+
+std::vector<TypeBInput> touchErrors(const Dataset& dataset, const Method& method, const Table& touched) {
+  const auto stated = accuracyOf(dataset);
+  if (!stated || method.measures_machine || touched.rows() == 0) return {};
+  const Places touches = touchedPlaces(touched);
+  Inputs inputs{dataset, *stated, &touches};
+  inputs.addPlaces({touches}, kUsualReading_s);
+  for (auto& direction : byDirection(touches)) {
+    const double sd = stated->probing_form_um;
+    for (double& outwards : direction) outwards *= sd * kMm_um;
+    inputs.add(kProbingFormError,
+               {.name = kProbingFormError.key, .sd = sd, .move = {}, .outwards_mm = std::move(direction)}, false);
+  }
   return std::move(inputs).all();
 }
 
@@ -324,17 +451,13 @@ std::vector<TypeBInput> suspectedErrors(const Dataset& dataset, const Method& me
   const auto reading_s = configPositive(dataset, kReadingTime);
   for (const auto* of : {&places, &along_streams})
     inputs.addPlaces(*of, reading_s && *reading_s ? **reading_s : kUsualReading_s);
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    inputs.add(kScaleError, byHalf(axis, places));
-    inputs.add(kLostMotionError, bySide(axis, places));
-  }
+  for (std::size_t axis = 0; axis < 3; ++axis) inputs.add(kLostMotionError, bySide(axis, places));
   inputs.add(kLostMotionError, byMotion(dataset, method), true);
   auto all = std::move(inputs).all();
   for (const bool sine : {false, true}) {
     std::vector<Table> lobes;
     for (const auto* of : {&places, &along_streams})
-      for (std::size_t axis = 0; axis < 3; ++axis)
-        std::ranges::move(byLobes(axis, *of, sine), std::back_inserter(lobes));
+      std::ranges::move(byLobes(dataset, *of, sine), std::back_inserter(lobes));
     if (!isNothing(lobes)) all.push_back(movedInput(kLobing, 1, std::move(lobes)));
   }
   for (const bool sine : {false, true}) {

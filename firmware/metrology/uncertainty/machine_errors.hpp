@@ -22,6 +22,10 @@ namespace probebox::metrology {
 // the case does not state have the cautious values. Refuses: bad-config (below zero, too large).
 Outcome<std::vector<TypeBInput>, Refusal> machineErrors(const Dataset& dataset, const Method& method);
 
+// The same for touches whose streams were read, of Result::touched, as inputs that move those outwards: scale,
+// squareness, drift, and the form of probing, which is another one in each direction. Lost motion is in machineErrors.
+std::vector<TypeBInput> touchErrors(const Dataset& dataset, const Method& method, const Table& touched);
+
 // Names of inputs of suspectedErrors beside those of kMachineErrors.
 inline constexpr std::string_view kLobing = "lobing", kCurvature = "curvature", kErrorMotion = "error_motion";
 

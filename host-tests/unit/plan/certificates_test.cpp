@@ -131,7 +131,8 @@ TEST(CertificatesInAForecast, OfAPlateAreNotTakenAsExactWhereStated) {
 // Two speeds tell lost motion apart from the delay: where little is known of it they come first.
 TEST(AccuracyInAForecast, DecidesWhichRunIsTheMostPrecise) {
   plan::SetUp rough;
-  rough.accuracy = MachineAccuracy{.scale_ppm = 0, .squareness_urad = 0, .lost_motion_um = 20, .drift_um_per_min = 0};
+  rough.accuracy = MachineAccuracy{
+      .scale_ppm = 0, .squareness_urad = 0, .lost_motion_um = 20, .drift_um_per_min = 0, .probing_form_um = 0};
   const auto found = proposals({.method = &procedure::kDelayKnownSphere}, rough, 60);
   ASSERT_TRUE(found);
   ASSERT_GT(found->size(), 2U);

@@ -156,6 +156,7 @@ RC_GTEST_PROP(Centreline, OfTwoReadingsIsThePrintedFormula, ()) {
   const double alpha = *rc::gen::inRange(7, 353) * std::numbers::pi / 180.0;
   const Vector2d p1{*rc::gen::inRange(-100, 100) / 4.0, *rc::gen::inRange(-100, 100) / 4.0};
   const Vector2d p2{*rc::gen::inRange(-100, 100) / 4.0 + 0.1, *rc::gen::inRange(-100, 100) / 4.0};
+  RC_PRE((p2 - p1).norm() > 1);  // a feature that hardly moves is refused
   const auto solved = solve(centrelineDataset({{p1, 0.3}, {p2, 0.3 + alpha}}, 0.0));
   const Vector2d half = (p2 - p1) / (2.0 * std::tan(alpha / 2.0));
   const Vector2d centre = (p1 + p2) / 2.0 + Vector2d{-half.y(), half.x()};

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "firmware/metrology/methods.hpp"
 #include "host-tests/metrology/cases.hpp"
 #include "host-tests/metrology/mill_turn.hpp"
 #include "host-tests/metrology/setter_cases.hpp"
@@ -96,6 +97,11 @@ TEST_P(TouchesOnRealMachine, AreAsUncertainAsTheirErrorsAtOneSpeedAndAtTwo) {
         const auto& delay = solved->estimates.front();
         for (std::size_t part = 0; part < delay.values.size(); ++part)
           tally.add(delay, part, scene.tauOf(static_cast<Eigen::Index>(part)));
+        if (const auto* centre = solved->find("centre_mm"))
+          for (std::size_t k = 0; k < 3; ++k) tally.add(*centre, k, scene.centre_mm[static_cast<Eigen::Index>(k)]);
+        if (const auto* gain = solved->find("gain_matrix"))
+          for (std::size_t k = 0; k < 9; ++k)
+            tally.add(*gain, k, scene.gain.reshaped<Eigen::RowMajor>()[static_cast<Eigen::Index>(k)]);
       }
     }
   }
@@ -137,6 +143,43 @@ TEST_P(TouchesOnRealMachine, AreFarMoreCertainAtTwoSpeeds) {
   const auto* lost = two->find("lost_motion_mm");
   ASSERT_NE(lost, nullptr);
   EXPECT_LT(std::ranges::max(lost->uncertainty), 2e-3) << "what tells the lost motion has no allowance for it";
+}
+
+// Against solving the case again with one touch further along its normal.
+TEST_P(TouchesOnRealMachine, MoveTheValuesAsTheResultSays) {
+  constexpr double kMoved_mm = 1e-5;
+  std::mt19937_64 random{74};
+  if (GetParam().name == "InOut") return;  // at one point: nothing but the delay
+  for (const bool two : {false, true}) {
+    Scene scene = simulation::shuffled(GetParam().scene(), random);
+    if (two) scene.speeds_mm_s = GetParam().two_speeds_mm_s;
+    const Dataset dataset = simulation::measure(scene, random);
+    const auto& solver = methodNamed(dataset.method)->solver;
+    const auto solved = solver(dataset);
+    ASSERT_TRUE(solved.ok()) << solved.error().reason;
+    ASSERT_EQ(solved->touched.rows(), dataset.table("touches")->rows());
+    for (std::size_t touch = 0; touch < solved->touched.rows(); ++touch) {
+      Dataset moved = dataset;
+      const auto& ids = columnNamed(moved, "machine", "touch");
+      for (const auto& [place, normal] : {std::pair{"x_mm", "nx"}, {"y_mm", "ny"}, {"z_mm", "nz"}}) {
+        auto& values = columnNamed(moved, "machine", place);
+        const double by = kMoved_mm * columnNamed(moved, "touches", normal)[touch];
+        for (std::size_t row = 0; row < values.size(); ++row)
+          values[row] += ids[row] == static_cast<double>(touch) ? by : 0;
+      }
+      const auto after = solver(moved);
+      ASSERT_TRUE(after.ok()) << after.error().reason;
+      for (const auto& estimate : solved->estimates) {
+        if (estimate.key == "gain_matrix") continue;  // by slopes
+        ASSERT_EQ(estimate.per_shift.size(), estimate.values.size() * solved->touched.rows()) << estimate.key;
+        const double most = std::ranges::max(estimate.per_shift, {}, [](double each) { return std::abs(each); });
+        for (std::size_t k = 0; k < estimate.values.size(); ++k)
+          EXPECT_NEAR((after->find(estimate.key)->values[k] - estimate.values[k]) / kMoved_mm,
+                      estimate.per_shift[k * solved->touched.rows() + touch], 0.02 * std::abs(most) + 1e-9)
+              << estimate.key << " " << k << " touch " << touch << " " << two;
+      }
+    }
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, TouchesOnRealMachine,
