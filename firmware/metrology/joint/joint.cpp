@@ -15,8 +15,10 @@
 #include "firmware/metrology/fit/decompositions.hpp"
 #include "firmware/metrology/fit/fit_report.hpp"
 #include "firmware/metrology/fit/least_squares.hpp"
+#include "firmware/metrology/fit/shared_errors.hpp"
 #include "firmware/metrology/live/screw_model.hpp"
 #include "firmware/metrology/screw/screw_config.hpp"
+#include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
 namespace {
@@ -26,9 +28,6 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr MethodColumn kExtensions[]{MethodColumn{"ext_x_um", ColumnRole::given}.orBe(MayBe::missing),
-                                     MethodColumn{"ext_y_um", ColumnRole::given}.orBe(MayBe::missing),
-                                     MethodColumn{"ext_z_um", ColumnRole::given}.orBe(MayBe::missing)};
 constexpr MethodColumn kJointColumns[]{
     column::kReadAt, column::kBall, column::kC, column::kNormalX, column::kNormalY, column::kNormalZ, column::kSpeed,
     column::kX,      column::kY,    column::kZ, kExtensions[0],   kExtensions[1],   kExtensions[2]};
@@ -43,6 +42,9 @@ constexpr MethodKey kReversed[]{
     {"axis_reversed_x", "false", "true if X counts upwards towards the fixed bearing of its screw"},
     {"axis_reversed_y", "false", "the same of Y"},
     {"axis_reversed_z", "false", "the same of Z"}};
+constexpr MethodKey kGainsInUse[]{{"gain_x", "", "K of the screw of X that is in use, to be compared"},
+                                  {"gain_y", "", "the same of Y"},
+                                  {"gain_z", "", "the same of Z"}};
 constexpr MethodKey kKnownDiameter{"effective_diameter_mm", "", "of ball plus stylus ball, where it is known"};
 
 // Least eigenvalue of the correlations of the unknowns' columns: below it two of them are seen as one, which makes an
@@ -53,6 +55,7 @@ constexpr double kSeparable = 1e-4;
 struct JointTouch {
   double minutes{};  // from the mean time
   std::size_t ball{};
+  double stop{};           // of C: touches of one share its error
   Eigen::Matrix2d turned;  // by C
   Vector3d normal, at_mm;
   double speed_mm_s{};
@@ -66,6 +69,7 @@ struct Shift {
   std::array<bool, 3> has_screw{};
   std::optional<double> radius_mm;
   Sigma sigma;
+  double sigma_c_rad{};  // of a stop
 };
 
 // Nothing of an axis whose extension nobody read.
@@ -91,6 +95,8 @@ Outcome<Shift, Refusal> shiftOf(const Dataset& dataset) {
   TRY(shift.sigma, configSigma(dataset, key::kSigma.name));
   TRY(const auto diameter, configPositive(dataset, kKnownDiameter.name));
   if (diameter) shift.radius_mm = *diameter / 2;
+  TRY(const auto sigma_c_rad, configPositive(dataset, key::kSigmaC.name));
+  shift.sigma_c_rad = sigma_c_rad.value_or(0);
   TRY(const auto sense, configSense(dataset, key::kCSense.name));
   const Table* given = dataset.table("readings");
   std::vector<std::string_view> names;
@@ -115,6 +121,9 @@ Outcome<Shift, Refusal> shiftOf(const Dataset& dataset) {
     JointTouch touch;
     touch.minutes = (times[row] - mean_s) / 60;
     touch.ball = balls.try_emplace(value(1), balls.size()).first->second;
+    const auto& angles = *table->column(column::kC);
+    const bool is_turned = row > 0 && std::abs(angles[row] - angles[row - 1]) > kSameStop_rad;
+    touch.stop = row == 0 ? 0 : shift.touches.back().stop + (is_turned ? 1 : 0);
     touch.turned = Eigen::Rotation2Dd{sense * value(2)}.toRotationMatrix();
     touch.normal = Vector3d{value(3), value(4), value(5)};
     touch.speed_mm_s = value(6);
@@ -212,10 +221,22 @@ class JointModel {
       model.residuals[row] = found / shift_.sigma.value;
     }
     model.jacobian /= shift_.sigma.value;
+    if (shift_.sigma_c_rad > 0) shareStops(model, at);
     return model;
   }
 
  private:
+  void shareStops(Linearised& model, const VectorXd& at) const {
+    VectorXd moved{model.residuals.size()};
+    std::vector<double> stops;
+    for (Index row = 0; row < moved.size(); ++row) {
+      const auto& touch = shift_.touches[static_cast<std::size_t>(row)];
+      const Eigen::Vector2d arm = touch.turned * at.segment<2>(balls_ + 3 * static_cast<Index>(touch.ball));
+      moved[row] = touch.normal.head<2>().dot(Eigen::Vector2d{-arm.y(), arm.x()}) * shift_.sigma_c_rad;
+      stops.push_back(touch.stop);
+    }
+    shareErrors(model.jacobian, model.residuals, moved / shift_.sigma.value, stops);
+  }
   Index add(const std::vector<std::string>& names) {
     const Index first = size();
     names_.insert(names_.end(), names.begin(), names.end());
@@ -284,6 +305,22 @@ void promise(Answer& answer, const Shift& shift, const JointModel& model, const 
       "centre_mm is where the axis is at mean_z_mm and at the mean time; positions are P - K lever extension + drift";
 }
 
+// Warns of a gain that is not the one in use.
+std::optional<Refusal> compareGains(const Dataset& dataset, Result& result) {
+  constexpr double kMost_sd = 4;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    TRY(const auto in_use, configNumber(dataset, kGainsInUse[axis].name));
+    const auto* found = result.find(quantity::kGains[axis].key);
+    if (!in_use || found == nullptr || found->sd.empty()) continue;
+    if (std::abs(found->value() - *in_use) <= kMost_sd * found->sd.front()) continue;
+    result.warnings.push_back("screw-gain: the screw of " + std::string(1, "XYZ"[axis]) + " moves its nut by " +
+                              text(found->value()) + " +/- " + text(found->sd.front()) + " of its extension, and " +
+                              text(*in_use) + " is in use: state it as gain of [screw." + std::string(1, "XYZ"[axis]) +
+                              "] in machine.toml (gain_is = \"error\"), or look for a screw that is not evenly warm");
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 Outcome<Result, Refusal> solveJoint(const Dataset& dataset) {
@@ -298,7 +335,9 @@ Outcome<Result, Refusal> solveJoint(const Dataset& dataset) {
   for (std::size_t row = 1; row <= shift.touches.size(); ++row) names.push_back("readings " + std::to_string(row));
   answer.readings(names, *dataset.table("readings")->column(column::kReadAt), column::kReadAt);
   promise(answer, shift, model, fit.parameters);
-  return std::move(answer).take(true);
+  Result result = std::move(answer).take(true);
+  if (auto refusal = compareGains(dataset, result)) return *refusal;
+  return result;
 }
 
 namespace {
@@ -309,8 +348,10 @@ constexpr MethodTable kJointTables[]{
      "the outward normal, and the speed along it, positive on the way out; ext_x_um and so on where the extension of a "
      "screw was read",
      true}};
-constexpr MethodKey kJointKeys[]{key::kSigma, kKnownDiameter, key::kCSense, kLengths[0],  kLengths[1],  kLengths[2],
-                                 kOffsets[0], kOffsets[1],    kOffsets[2],  kReversed[0], kReversed[1], kReversed[2]};
+constexpr MethodKey kJointKeys[]{key::kSigma,  key::kSigmaC,   kKnownDiameter, key::kCSense,
+                                 kLengths[0],  kLengths[1],    kLengths[2],    kOffsets[0],
+                                 kOffsets[1],  kOffsets[2],    kReversed[0],   kReversed[1],
+                                 kReversed[2], kGainsInUse[0], kGainsInUse[1], kGainsInUse[2]};
 constexpr KnownQuantity kJointKnown[]{
     {"sd_effective_diameter_mm", kKnownDiameter.name, KnownKind::size, false, "certificate of the sphere"}};
 constexpr Quantity kJointResults[]{quantity::kTau,      quantity::kCentre.as("place of the C axis at mean_z_mm, x y"),

@@ -163,7 +163,10 @@ Outcome<BallCentres, Refusal> ballCentres(const Dataset& dataset, const std::vec
   for (std::size_t i = 0; i < all.retracts.size(); ++i) {
     if (all.reading[i] != kAlone) continue;
     const double sd_mm = std::sqrt(pointVariance(all.retracts[i], noise.of_touch[i]));
-    centres.alone.push_back({.touch = all.row[i], .at_mm = pointOf(all.retracts[i], tau), .sd_mm = sd_mm});
+    centres.alone.push_back({.touch = all.row[i],
+                             .at_mm = pointOf(all.retracts[i], tau),
+                             .sd_mm = sd_mm,
+                             .velocity_mm_s = all.retracts[i].machine.slope});
   }
   // kAlone is one less than none.
   std::size_t count = 0;

@@ -22,7 +22,8 @@ struct BallCentre {
 struct LoneTouch {
   std::size_t touch{};  // row of touches
   Eigen::Vector3d at_mm;
-  double sd_mm{};  // k = 1, along the motion
+  double sd_mm{};                                           // k = 1, along the motion
+  Eigen::Vector3d velocity_mm_s = Eigen::Vector3d::Zero();  // on the way out; zero of one by edges
 };
 inline constexpr std::size_t kAlone = static_cast<std::size_t>(-1);
 

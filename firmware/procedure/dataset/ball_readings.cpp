@@ -100,17 +100,17 @@ BallReadings placed(std::vector<Reading> readings, const metrology::BallCentres&
   BallReadings found;
   const auto stops = stopsOf(recording);
   for (std::size_t i = 0; i < readings.size(); ++i) readings[i].centre = centres.readings[i];
-  for (const auto& [touch, at_mm, sd_mm] : centres.alone) {
-    const auto& at = recording.touches()[touch].request;
+  for (const auto& lone : centres.alone) {
+    const auto& at = recording.touches()[lone.touch].request;
     const auto& [a_rad, b_rad, c_rad] = at.rotary_angles_rad;
     found.shank.push_back({.number = static_cast<double>(at.reading),
                            .side = vectorOf(at.outward_normal),
                            .a_rad = a_rad,
                            .b_rad = b_rad,
                            .c_rad = c_rad,
-                           .stop = stops[touch],
-                           .at_mm = at_mm,
-                           .sd_mm = sd_mm});
+                           .stop = stops[lone.touch],
+                           .at_mm = lone.at_mm,
+                           .sd_mm = lone.sd_mm});
   }
   found.readings = std::move(readings);
   return found;

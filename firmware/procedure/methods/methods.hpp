@@ -40,7 +40,8 @@ namespace probebox::procedure {
   method(kMachineCheck)               \
   method(kCentrelineX)                \
   method(kDelayCylinder)              \
-  method(kDelayCube)
+  method(kDelayCube)                  \
+  method(kJoint)
 // clang-format on
 
 #define PROBEBOX_DECLARE_LIVE_METHOD(name) extern const LiveMethod name;

@@ -220,7 +220,7 @@ TEST(LiveCases, HaveTheTablesAndKeysOfTheirMethods) {
       if (!isMachineError(key)) found.push_back(key);
     }
     EXPECT_EQ(found, keys) << dataset.method;
-    EXPECT_EQ(dataset.config.size(), keys.size() + 4) << "and what is known of the machine's own errors";
+    EXPECT_EQ(dataset.config.size(), keys.size() + std::size(kMachineErrors)) << "and what is known of the machine's own errors";
     const bool tells_where = method == &procedure::kDelayKnownSphere;
     ASSERT_EQ(dataset.tables.size(), tells_where ? 4U : 3U)
         << "with what the stop of the head moves the sphere's place by";
