@@ -282,8 +282,8 @@ std::optional<Refusal> notSeparable(const JointModel& model, const VectorXd& at)
       "not-separable",
       "these readings do not tell apart " + all +
           ": touch at two speeds or state effective_diameter_mm for the delay, from all sides at several C "
-          "and Z for the axis, and again after the screws have cooled or warmed at another rate for gain and "
-          "drift; or omit the column of an extension"};
+          "and Z for the axis, and for gain and drift as long as the screws take to warm or cool (let the axes work "
+          "between the turns of a run); or omit the column of an extension"};
 }
 
 void promise(Answer& answer, const Shift& shift, const JointModel& model, const VectorXd& at) {

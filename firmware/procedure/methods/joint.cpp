@@ -39,7 +39,6 @@ constinit const LiveMethod kJoint{
     .steps =
         "one ball on the part's spindle, C at 0, 90, 180 and 270 degrees again and again, 12 angles in all "
         "(`--angles`), five touches each at 10 and 25 mm/s, while the screws warm or cool; the first pose again last",
-    .calibrates = false,
     .feature = Feature::part_ball,
     .sides = kSphereSides,
     .poses = kTurnAfterTurn,
