@@ -25,7 +25,8 @@ struct GpioLine {
   std::string chip;  // "gpiochip0", a label, or a path such as "/dev/gpiochip0"
   LineAddress line{0U};
   ActiveLevel active{ActiveLevel::high};
-  std::optional<std::uint8_t> receiver{};  // its line of the receiver on USB, in place of one of a chip
+  std::optional<std::uint8_t> receiver{};  // its line of a receiver on USB, in place of one of a chip
+  std::uint8_t receiver_number{};          // of which: 0 the first, 1 the second
 };
 
 // Names of the lines of a receiver (RECEIVER.md, version 3), by their numbers.
@@ -68,9 +69,11 @@ struct QuadratureEncoder {
 inline constexpr std::uint8_t kMostReceiverChannels = 8;
 
 // An axis counter of the probe's receiver, on the sample counter of the deflections: rate_hz of probe.toml is its rate.
+// The second receiver's samples are mapped onto that counter.
 struct ReceiverEncoder {
   std::uint8_t channel{};
   bool has_index{};
+  std::uint8_t receiver_number{};  // 0 the first, 1 the second
 };
 
 // Positions that the controller sends.
@@ -169,6 +172,15 @@ struct FrontEnd {
   }
 };
 
+// A second receiver on the sync line of the first, for more axes and lines. Its deflections are not read.
+struct SecondReceiver {
+  std::string serial_number;
+
+  static constexpr void keys(auto& self, auto&& key) {
+    key("serial_number", self.serial_number, kAnyText, "of its USB device, as `probebox status` shows it");
+  }
+};
+
 // USB identity; the serial number is that of the box. Vendors have numbers of their own: 1209:0001 is for tests
 // (pid.codes).
 struct UsbIdentity {
@@ -197,6 +209,7 @@ struct Box {
   Devices devices;
   Sensors sensors;
   std::optional<FrontEnd> front_end;
+  std::optional<SecondReceiver> second_receiver;
   UsbIdentity usb;
 };
 

@@ -102,6 +102,7 @@ void CounterClock::advance(MonoTime now) {
 
 void CounterClock::restart() {
   last_.reset();
+  ++beginning_;
   tracked_.forgetJitter();
   giveUp(ClockState::unlocked);
 }
@@ -112,6 +113,7 @@ void CounterClock::follow(const CounterReading& sample) {
   const bool goes_on = !last_ || (sample.run == last_->run && fitsTime(step, sample.at - last_->arrived));
   if (!goes_on) {
     ++counters_.restarts;
+    ++beginning_;
     giveUp(ClockState::unlocked);
   }
   counters_.missing += goes_on ? step - 1 : 0;
@@ -135,12 +137,14 @@ void CounterClock::observe(MonoTime arrived) {
   const std::int64_t ahead = index_ - filter().tick().index;
   const double residual = filter().residual(arrived, ahead);
   const bool is_running = phase_ == Phase::running;
+  const double predicted_ns2 = filter().phaseVariance(ahead);
   observed_ = arrived;
   const auto judged = tracked_.take({.ahead = ahead,
                                      .residual_ns = residual,
                                      .since_last = periodOf(config_.rate_hz) * ahead,
                                      .after_holdover = is_running && state_ != ClockState::locked,
                                      .walks = is_running});
+  line_step_variance_ns2_ = std::max(0.0, predicted_ns2 - filter().phaseVariance());
   if (judged.outlier) ++counters_.clipped;
   misfits_ = judged.outlier ? misfits_ + 1 : 0;
   if (misfits_ > kMisfits) return giveUp(phase_ == Phase::running ? ClockState::ambiguous : state_);
@@ -217,18 +221,28 @@ std::optional<CounterStamp> CounterClock::stamp(MonoTime arrived) {
 }
 
 std::optional<MonoTime> CounterClock::timeAfter(const CounterReading& sample, std::uint32_t fraction) {
+  const auto place = placeAfter(sample, fraction);
+  const auto at = place ? timeOf(*place) : std::nullopt;
+  if (!at || *at > sample.at + tolerance()) return std::nullopt;
+  given_ = std::max(*at, given_ + Nanoseconds{1});
+  return given_;
+}
+
+std::optional<CounterPlace> CounterClock::placeAfter(const CounterReading& sample, std::uint32_t fraction) const {
   constexpr std::int32_t kNear = 4096;  // samples: the longest packets, and more
-  const bool has_time = state_ == ClockState::locked || state_ == ClockState::holdover;
-  if (!has_time || !last_ || last_->run != sample.run) return std::nullopt;
+  if (!last_ || last_->run != sample.run) return std::nullopt;
   const auto since = static_cast<std::int32_t>(sample.counter - last_->counter);
   if (since > kNear || since < -kNear) return std::nullopt;
-  const std::int64_t ahead = index_ + since - filter().tick().index;
+  return CounterPlace{index_ + since, std::ldexp(static_cast<double>(fraction), -32), beginning_};
+}
+
+std::optional<MonoTime> CounterClock::timeOf(const CounterPlace& place) const {
+  const bool has_time = state_ == ClockState::locked || state_ == ClockState::holdover;
+  if (!has_time || place.beginning != beginning_) return std::nullopt;
+  const std::int64_t ahead = place.index - filter().tick().index;
   const MonoTime before = filter().timeOf(ahead);
   const double period_ns = static_cast<double>((filter().timeOf(ahead + 1) - before).count());
-  const MonoTime at = before + Nanoseconds{std::llround(std::ldexp(static_cast<double>(fraction), -32) * period_ns)};
-  if (at > sample.at + tolerance()) return std::nullopt;
-  given_ = std::max(at, given_ + Nanoseconds{1});
-  return given_;
+  return before + Nanoseconds{std::llround(place.fraction * period_ns)};
 }
 
 // By which a stamp may be later than its arrival.

@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -88,6 +89,13 @@ struct CounterReading {
   MonoTime at{};  // when it arrived
 };
 
+// A time on such a counter: so much of a period after the sample with this unwrapped number.
+struct CounterPlace {
+  std::int64_t index{};
+  double fraction{};          // 0 to 1
+  std::uint32_t beginning{};  // which; numbers of another one say nothing
+};
+
 // Estimates when each sample of a device with its own sample counter was taken, from arrival times.
 //
 // The counter gives the index; only the line from index to time is estimated, with the filter, learned jitter and
@@ -111,6 +119,11 @@ class CounterClock {
   // ones; later than every stamp before. nullopt when its time is not certain enough, or after its arrival.
   std::optional<MonoTime> timeAfter(const CounterReading& sample, std::uint32_t fraction);
 
+  // Where that is on its counter, unwrapped; only near the last sample, and of its run.
+  std::optional<CounterPlace> placeAfter(const CounterReading& sample, std::uint32_t fraction) const;
+  // The line at a place that it was given for, which does not increase from call to call as stamps do.
+  std::optional<MonoTime> timeOf(const CounterPlace& place) const;
+
   // Reports that time passed without a sample.
   void advance(MonoTime now);
 
@@ -121,11 +134,15 @@ class CounterClock {
   // the line; unlocked: before the first lock of an epoch.
   ClockState state() const { return state_; }
   std::uint32_t epoch() const { return epoch_; }  // counts locks; 0 before the first
+  // Counts how often the counter began anew, or its source was gone: places before and after do not go together.
+  std::uint32_t beginning() const { return beginning_; }
   const CounterClockCounters& counters() const { return counters_; }
 
   // Frequency of the device's counter against CLOCK_MONOTONIC, ppm: positive when its period is longer than nominal.
   double offsetPpm() const;
   double sigmaNs() const { return sigmaNs(index_ - filter().tick().index); }  // at the last sample
+  // By which the last arrival moved the line (k = 1): stamps before it and after it go together so well.
+  double lineStepSigmaNs() const { return std::sqrt(line_step_variance_ns2_); }
   double effectiveJitterNs() const;
   bool learned() const { return tracked_.jitter().learned(); }
   const Wander& wander() const { return tracked_.wander(); }
@@ -158,10 +175,12 @@ class CounterClock {
   Phase phase_{Phase::searching};
   ClockState state_{ClockState::unlocked};
   std::uint32_t epoch_{};
+  std::uint32_t beginning_{};
   std::optional<Last> last_;
   std::int64_t index_{};  // unwrapped counter of the last sample
   MonoTime observed_{};   // the last arrival that went into the filter
   MonoTime given_{MonoTime::min()};
+  double line_step_variance_ns2_{};
   std::int64_t misfits_{};  // consecutive arrivals far from their expected time
   CounterClockCounters counters_;
 };

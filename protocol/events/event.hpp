@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <type_traits>
 #include <variant>
@@ -19,6 +20,9 @@ namespace probebox {
 
 // Events that another device has numbered on its own counter. firmware/clock assigns their time.
 
+// Receivers on USB that a box reads: the first has the probe, the second axes and lines alone.
+inline constexpr std::size_t kReceivers = 2;
+
 // One sample of a probe receiver that counts samples on its own oscillator. firmware/clock assigns its time.
 struct CountedDeflection {
   std::uint8_t run{};
@@ -27,6 +31,7 @@ struct CountedDeflection {
   bool clipped{};
   bool newest{};
   MonoTime at{};
+  std::uint8_t receiver{};
   static constexpr void fields(auto& self, auto&& field) {
     field("run", self.run, "another value than before: the counter began anew");
     field("counter", self.counter, "the receiver's own sample counter, wraps; a gap means samples were lost");
@@ -35,6 +40,7 @@ struct CountedDeflection {
     field("newest", self.newest,
           "1 when it was the last sample taken before `at`: only then `at` tells about its time");
     field("at", self.at, "ns, monotonic, of this boot: when the sample arrived, which is later than it was taken");
+    field("receiver", self.receiver, "which receiver: 0 the first, 1 the second");
   }
 };
 
@@ -46,6 +52,7 @@ struct CountedAxes {
   std::array<std::int64_t, kLinearAxes + kRotaryAxes> counts{};
   std::uint8_t faults{};
   MonoTime at{};
+  std::uint8_t receiver{};
   static constexpr void fields(auto& self, auto&& field) {
     field("run", self.run, "another value than before: the receiver began anew, and its counts do not go on");
     field("counter", self.counter, "the receiver's sample counter: that of the deflection before");
@@ -53,6 +60,7 @@ struct CountedAxes {
     field("counts", self.counts, "encoder counts, X Y Z A B C; their size is in machine.toml");
     field("faults", self.faults, "axes, as above, whose counter has lost counts since the last sample that was sent");
     field("at", self.at, "ns, monotonic, of this boot: when the sample arrived, which is later than it was taken");
+    field("receiver", self.receiver, "which receiver: 0 the first, 1 the second");
   }
 };
 
@@ -64,6 +72,7 @@ struct CountedIndex {
   std::uint8_t axis{};
   std::int64_t counts{};
   MonoTime at{};
+  std::uint8_t receiver{};
   static constexpr void fields(auto& self, auto&& field) {
     field("run", self.run, "that of the sample before the pulse");
     field("counter", self.counter, "the receiver's sample counter: the last sample before the pulse");
@@ -71,6 +80,7 @@ struct CountedIndex {
     field("axis", self.axis, "0 X, 1 Y, 2 Z, 3 A, 4 B, 5 C");
     field("counts", self.counts, "encoder counts at the pulse");
     field("at", self.at, "ns, monotonic, of this boot: when the packet arrived");
+    field("receiver", self.receiver, "which receiver: 0 the first, 1 the second");
   }
 };
 
@@ -122,6 +132,7 @@ struct CountedEdge {
   Level level{};
   std::uint32_t line_sequence{};
   MonoTime at{};
+  std::uint8_t receiver{};
   static constexpr void fields(auto& self, auto&& field) {
     field("run", self.run, "that of the sample before the edge");
     field("counter", self.counter, "the receiver's sample counter: the last sample before the edge");
@@ -132,6 +143,7 @@ struct CountedEdge {
     field("line_sequence", self.line_sequence,
           "the receiver's count of this line's edges; a gap means edges were lost");
     field("at", self.at, "ns, monotonic, of this boot: when the packet arrived");
+    field("receiver", self.receiver, "which receiver: 0 the first, 1 the second");
   }
 };
 

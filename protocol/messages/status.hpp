@@ -255,6 +255,7 @@ struct Status {
     ProcessStatus process{};
     std::string update{};
     FrontEndStatus front_end{};
+    FrontEndStatus second_front_end{};
     static constexpr void fields(auto& self, auto&& field) {
       field("board", self.board, "name of the board description");
       field("firmware_version", self.firmware_version, "as probeboxd --version prints it");
@@ -294,6 +295,8 @@ struct Status {
       field("update", self.update, "what came of the last update, or how far one is; empty for none");
       field("front_end", self.front_end, "the probe receiver on USB, while one is connected",
             published::NullUnless{self.front_end.isThere()});
+      field("second_front_end", self.second_front_end, "the one of [receiver_2] in box.toml, while it is connected",
+            published::OmittedUnless{self.second_front_end.isThere()});
     }
   };
 };

@@ -74,6 +74,37 @@ struct ReceiverStatus {
   }
 };
 
+// The second receiver on the sync line of the first: its counter is mapped onto that of the first.
+struct SecondReceiverStatus {
+  ClockState state{};
+  std::uint32_t sigma_ns{};
+  double frequency_ppb{};
+  std::uint64_t samples{};
+  std::uint64_t missing{};
+  std::uint64_t unstamped{};
+  std::uint64_t restarts{};
+  std::uint64_t matched{};
+  std::uint64_t unmatched{};
+  std::uint64_t unseen{};
+  std::uint64_t misfits{};
+  std::uint64_t bad_packets{};
+  static constexpr void fields(auto& self, auto&& field) {
+    field("state", self.state, "of its counter against the first's: 0 unlocked, 1 locked, 2 holdover, 3 ambiguous");
+    field("sigma_ns", self.sigma_ns, "ns, standard deviation (k = 1) of its samples' times among those of the first");
+    field("frequency_ppb", self.frequency_ppb, "1e-9, its oscillator against the first's, positive when fast");
+    field("arrived_samples", self.samples, "samples that arrived", Counter{});
+    field("missing_samples", self.missing, "samples that its counter left out", Counter{});
+    field("unstamped_samples", self.unstamped, "samples that arrived while nobody could say when they were taken",
+          Counter{});
+    field("restarts", self.restarts, "times that the map began anew after the first", Counter{});
+    field("matched_edges", self.matched, "sync edges that both have seen", Counter{});
+    field("unmatched_edges", self.unmatched, "sync edges that it has seen, and the first has not", Counter{});
+    field("unseen_edges", self.unseen, "sync edges that the first has seen, and it has not", Counter{});
+    field("misfits", self.misfits, "matched edges that are further from the map than its steps explain", Counter{});
+    field("bad_packets", self.bad_packets, "packets that were damaged, or of another version", Counter{});
+  }
+};
+
 // What became of every sample: each index that the latch has decided is recorded or declared lost, once.
 struct Ledger {
   std::uint64_t produced{};
@@ -123,12 +154,15 @@ struct CoreStatus {
   ReceiverStatus receiver{};
   Ledger ledger{};
   EventCounts events{};
+  SecondReceiverStatus second_receiver{};
   static constexpr void fields(auto& self, auto&& field) {
     field("clock", self.clock, "the master clock");
     field("receiver", self.receiver, "the probe receiver, where one is that counts its samples; zeros elsewhere",
           NullUnless{self.receiver.samples != 0});
     field("ledger", self.ledger, "what became of every sample");
     field("events", self.events, "what reached the core");
+    field("second_receiver", self.second_receiver, "the receiver of [receiver_2] in box.toml; zeros without it",
+          OmittedUnless{self.second_receiver.samples != 0});
   }
 };
 

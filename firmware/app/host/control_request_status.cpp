@@ -65,9 +65,13 @@ Reply ControlRequestHandler::describeStatus(const box::State& state, const LinkV
   answer.not_let_in = vitals.not_let_in;
   answer.tls_problem = vitals.tls_problem;
   static_cast<messages::CoreStatus&>(answer) = state.snapshot;
-  answer.front_end = deps_.counters.front_end.newest();
-  answer.front_end.inputs = deps_.counters.receiver_inputs.newest();
-  answer.receiver.bad_packets = deps_.counters.receiver_bad_packets;
+  auto& [first, second] = deps_.counters.receivers;
+  answer.front_end = first.front_end.newest();
+  answer.front_end.inputs = first.inputs.newest();
+  answer.receiver.bad_packets = first.bad_packets;
+  answer.second_front_end = second.front_end.newest();
+  answer.second_front_end.inputs = second.inputs.newest();
+  answer.second_receiver.bad_packets = second.bad_packets;
   answer.events.lost_in_journal = deps_.counters.journal_lost_events;
   answer.queue_high_water = deps_.counters.queue_high_water;
   answer.deadline_misses = deps_.counters.deadline_misses;

@@ -1,8 +1,10 @@
 #pragma once
+#include <array>
 #include <atomic>
 #include <cstdint>
 
 #include "firmware/app/threads/triple_buffer.hpp"
+#include "protocol/events/event.hpp"
 #include "protocol/messages/status.hpp"
 
 namespace probebox::app {
@@ -16,17 +18,21 @@ struct Progress {
   std::atomic<std::uint64_t> worker{0};   // rounds
 };
 
+// A receiver on USB, while it is connected: from the capture thread to the links' thread.
+struct ReceiverCounters {
+  std::atomic<std::uint64_t> bad_packets{0};
+  TripleBuffer<messages::FrontEndStatus> front_end;
+  TripleBuffer<messages::ReceiverInputs> inputs;
+};
+
 // Counters of the threads, for status and heartbeats.
 struct Counters {
-  std::atomic<std::uint64_t> deadline_misses{0};       // the capture thread woke up too late
-  std::atomic<std::uint32_t> queue_high_water{0};      // events, the fullest that the capture queue has been
-  std::atomic<std::uint64_t> queue_lost_events{0};     // the capture queue was full
-  std::atomic<std::uint64_t> journal_lost_events{0};   // the journal could not keep up
-  std::atomic<std::uint32_t> links{0};                 // connected hosts
-  std::atomic<std::uint64_t> receiver_bad_packets{0};  // of a probe receiver on USB
-  // That receiver, while it is connected: from the capture thread to the links' thread.
-  TripleBuffer<messages::FrontEndStatus> front_end;
-  TripleBuffer<messages::ReceiverInputs> receiver_inputs;
+  std::atomic<std::uint64_t> deadline_misses{0};      // the capture thread woke up too late
+  std::atomic<std::uint32_t> queue_high_water{0};     // events, the fullest that the capture queue has been
+  std::atomic<std::uint64_t> queue_lost_events{0};    // the capture queue was full
+  std::atomic<std::uint64_t> journal_lost_events{0};  // the journal could not keep up
+  std::atomic<std::uint32_t> links{0};                // connected hosts
+  std::array<ReceiverCounters, kReceivers> receivers;
   Progress progress;
 };
 
