@@ -32,6 +32,8 @@ struct GpioLine {
 // Names of the lines of a receiver (RECEIVER.md, version 3), by their numbers.
 inline constexpr std::array<std::string_view, 4> kReceiverLineNames{"sync", "trigger-1", "trigger-2", "inhibit"};
 
+inline constexpr std::size_t kReceivers = 2;  // of which axes and lines may be
+
 // [encoder.AXIS] of box.toml: how the box reads the encoder of one axis. What a count means is in machine.toml.
 
 // Axes that may have an encoder, in this order. Linear axes first; the numbers are those of axisBit().

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <ranges>
 #include <set>
 #include <string>
 #include <utility>
@@ -35,11 +36,17 @@ LineAddress lineAddress(Section& section) {
   return static_cast<unsigned>(*offset);
 }
 
+// Reads which of two receivers it is, from 0.
+std::uint8_t receiverNumber(Section& section) {
+  return static_cast<std::uint8_t>(section.integer("receiver_number", {1, kReceivers}, 1) - 1);
+}
+
 // Reads which line of the receiver it is.
 void readReceiverLine(Section& section, GpioLine& line) {
   line.receiver =
       static_cast<std::uint8_t>(section.choice("receiver", {kReceiverLineNames.begin(), kReceiverLineNames.end()}));
-  line.chip = "the receiver";
+  line.receiver_number = receiverNumber(section);
+  line.chip = line.receiver_number == 0 ? "the receiver" : "the second receiver";
   line.line = std::string{kReceiverLineNames[*line.receiver]};
   for (const auto* const key : {"chip", "line"})
     if (section.has(key) && section.node(key) != nullptr)
@@ -154,6 +161,7 @@ ReceiverEncoder readReceiver(Section& section, char letter, const Box& box) {
   ReceiverEncoder receiver;
   receiver.channel = static_cast<std::uint8_t>(section.integer("channel", {0, kMostReceiverChannels - 1}));
   receiver.has_index = indexOf(section, letter, box);
+  receiver.receiver_number = receiverNumber(section);
   if (section.has("rate_hz"))
     section.problem("rate_hz", "is that of the receiver's samples, 'probe.rate_hz' in probe.toml: remove it");
   return receiver;
@@ -228,8 +236,9 @@ void checkShared(Section& section, char letter, const EncoderDescription& encode
     const bool same_device =
         counter != nullptr && other != nullptr && !counter->device.empty() && deviceOf(*counter) == deviceOf(*other);
     const bool same_count = same_device && counter->count == other->count;
-    const bool same_channel =
-        receiver != nullptr && other_channel != nullptr && receiver->channel == other_channel->channel;
+    const bool same_channel = receiver != nullptr && other_channel != nullptr &&
+                              receiver->channel == other_channel->channel &&
+                              receiver->receiver_number == other_channel->receiver_number;
     if (same_count || same_channel)
       section.problem(std::string{letter}, std::string{"reads what [encoder."} + other_letter + "] reads: give it " +
                                                (same_count ? "a 'device' or a 'count'" : "a 'channel'") +
@@ -254,8 +263,10 @@ void checkCounterOfControl(Section& section, std::size_t axis, const Encoders& e
   }
 }
 
-bool isReceiver(const EncoderDescription& encoder) {
-  return std::holds_alternative<ReceiverEncoder>(encoder.by);
+// Of two receivers; nullopt for an encoder on none.
+std::optional<std::uint8_t> receiverOf(const EncoderDescription& encoder) {
+  const auto* const receiver = std::get_if<ReceiverEncoder>(&encoder.by);
+  return receiver != nullptr ? std::optional{receiver->receiver_number} : std::nullopt;
 }
 
 // What a secondary axis needs to be added to its primary axis.
@@ -270,9 +281,9 @@ void checkSum(Section& section, std::size_t axis, const std::optional<EncoderDes
                               ", and the control can do that: remove it, and let the control send the sum of both as "
                               "its position of " +
                               to + " (kind = \"control\" in [encoder." + to + "])");
-  } else if (isReceiver(*primary) != isReceiver(secondary)) {
+  } else if (receiverOf(*primary) != receiverOf(secondary)) {
     section.problem(name,
-                    "is added to " + to + ", and only one of the two is on the receiver: wire both to it, or neither");
+                    "is added to " + to + ", and the two are not on one receiver: wire both to it, or neither to any");
   } else if (primary->is_absolute != secondary.is_absolute) {
     section.problem(name,
                     "is added to " + to + ", and a sum is absolute when both are: write the same 'absolute' for both");
@@ -531,6 +542,46 @@ void checkReceiverLines(Section& root, const Box& box) {
   }
 }
 
+// The two are told apart by their serial numbers, and put together by the sync line, which has to be on both: by
+// arrival alone an edge is known to a part of a ms, which is less than half of a sync period only where that is long.
+void checkSecondReceiver(Section& root, const Box& box) {
+  constexpr Nanoseconds kLeastPeriod{500'000};
+  const auto is_of_second = [](const GpioLine& line) { return line.receiver_number != 0; };
+  const auto has_encoder = std::ranges::any_of(std::views::iota(std::size_t{0}, kAllEncoderAxes.size()), [&](auto i) {
+    const auto& encoder = encoderOf(box.devices, i);
+    return encoder && receiverOf(*encoder).value_or(0) != 0;
+  });
+  const bool has_line = std::ranges::any_of(box.triggers, is_of_second) ||
+                        std::ranges::any_of(box.skips, is_of_second) || std::ranges::any_of(box.inhibits, is_of_second);
+  constexpr const char* kKey = "receiver_2";
+  if (is_of_second(box.sync))
+    root.problem("sync",
+                 "is on the second receiver, whose samples get their times from the first: write "
+                 "receiver_number = 1; the line is wired to both");
+  if (!box.second_receiver) {
+    if (has_encoder || has_line)
+      root.problem(kKey,
+                   "is not there, and 'receiver_number' names a second receiver: add the section with its "
+                   "'serial_number'");
+    return;
+  }
+  if (!box.devices.probe.starts_with("usb:") || box.devices.probe == "usb:" + box.second_receiver->serial_number)
+    root.problem(kKey,
+                 "is told from the first receiver by its serial number: write that of the first as probe = "
+                 "\"usb:SERIAL\" in [devices], and another one here");
+  if (!box.sync.receiver)
+    root.problem(kKey,
+                 "is mapped onto the first by the sync line, which both have to see: wire it to both, and write "
+                 "receiver = \"sync\" in [sync]");
+  if (box.sync_period < kLeastPeriod)
+    root.problem(kKey,
+                 "needs a sync line of at most 2000 Hz ('sync.period_ns' from 500000), because arrivals have to "
+                 "tell which edge is which");
+  if (!has_encoder)
+    root.problem(kKey,
+                 "has no encoder: write receiver_number = 2 in an [encoder.AXIS] of kind \"receiver\", or remove it");
+}
+
 // A scale of zero hides the probe.
 FrontEnd frontEnd(Section section) {
   FrontEnd front_end;
@@ -567,7 +618,9 @@ Box readBox(Section& root) {
   if (auto section = root.sectionIfThere("front_end")) box.front_end = frontEnd(std::move(*section));
   if (box.front_end && !box.devices.probe.starts_with("usb"))
     root.problem("front_end", "is told to a receiver on USB only: write probe = \"usb\" in [devices], or remove it");
+  box.second_receiver = readIfThere<SecondReceiver>(root, "receiver_2");
   readEncoders(root, taken, box);
+  checkSecondReceiver(root, box);
   box.sensors = readSensors(root, box.devices);
   box.usb = usbIdentity(root.section("usb", false));
   return box;

@@ -4,7 +4,8 @@
 
 namespace probebox::usb_probe {
 
-ReceiverDecoder::ReceiverDecoder(const CounterAxes& axes, const WiredLines& lines) : axes_{axes}, lines_{lines} {
+ReceiverDecoder::ReceiverDecoder(const CounterAxes& axes, const WiredLines& lines, std::uint8_t receiver)
+    : axes_{axes}, lines_{lines}, receiver_{receiver} {
   for (const auto& axis : axes_)
     if (axis) axis_bits_ = static_cast<std::uint8_t>(axis_bits_ | 1U << axis->axis);
 }
@@ -47,7 +48,8 @@ void ReceiverDecoder::decodeSample(bool ends_transfer) {
                                           .channels_nm = sample.channels_nm,
                                           .clipped = (sample.status & status::kClipped) != 0,
                                           .newest = is_newest_ && ends_transfer,
-                                          .at = arrived_};
+                                          .at = arrived_,
+                                          .receiver = receiver_};
   if (packet_.more.counters > 0 && axis_bits_ != 0) decodeCounts(counter, sample.status);
   ++next_;
   if (next_ < packet_.header.count) return;
@@ -115,7 +117,8 @@ void ReceiverDecoder::push(std::size_t line, bool high, std::uint32_t counter, s
                                     .line = wired.line,
                                     .level = high != wired.active_low ? Level::active : Level::inactive,
                                     .line_sequence = told_lines_[line].sequence,
-                                    .at = arrived_};
+                                    .at = arrived_,
+                                    .receiver = receiver_};
 }
 
 void ReceiverDecoder::decodeLatch(const IndexLatch& latch) {
@@ -127,12 +130,13 @@ void ReceiverDecoder::decodeLatch(const IndexLatch& latch) {
                                      .fraction = latch.fraction,
                                      .axis = axis->axis,
                                      .counts = latch.counts,
-                                     .at = arrived_};
+                                     .at = arrived_,
+                                     .receiver = receiver_};
 }
 
 // A sum needs all its parts.
 void ReceiverDecoder::decodeCounts(std::uint32_t counter, std::uint16_t status) {
-  CountedAxes counted{.run = packet_.header.run, .counter = counter, .at = arrived_};
+  CountedAxes counted{.run = packet_.header.run, .counter = counter, .at = arrived_, .receiver = receiver_};
   unsigned sent = 0, missing = 0, faults = 0;
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     const auto& axis = axes_[i];

@@ -38,7 +38,8 @@ using WiredLines = std::array<std::optional<WiredLine>, kReceiverLines>;
 // are wired, with CountedIndex and CountedEdge in between where an index pulse or an edge came. Pure; never allocates.
 class ReceiverDecoder {
  public:
-  explicit ReceiverDecoder(const CounterAxes& axes = {}, const WiredLines& lines = {});
+  // receiver: 0 the first, 1 the second, as its events say.
+  explicit ReceiverDecoder(const CounterAxes& axes = {}, const WiredLines& lines = {}, std::uint8_t receiver = 0);
   ReceiverDecoder(const ReceiverDecoder&) = delete;
   ReceiverDecoder& operator=(const ReceiverDecoder&) = delete;
 
@@ -88,6 +89,7 @@ class ReceiverDecoder {
 
   CounterAxes axes_;
   WiredLines lines_;
+  std::uint8_t receiver_;
   std::array<Told, kReceiverLines> told_lines_{};
   std::optional<std::uint8_t> run_;
   std::uint16_t faults_{};

@@ -45,13 +45,13 @@ struct LinuxReceiver::Connection {
   usb_host::BulkIn in;
 };
 
-LinuxReceiver::LinuxReceiver(std::string name, const CounterAxes& axes, const WiredLines& lines,
-                             std::optional<front_end::Settings> settings)
-    : axes_{axes},
+LinuxReceiver::LinuxReceiver(std::string name, const Wiring& wiring, std::optional<front_end::Settings> settings)
+    : wiring_{wiring},
       wanted_{std::move(name)},
-      name_{wanted_.empty() ? "probe receiver on USB" : "probe receiver usb:" + wanted_},
+      name_{std::string{wiring.number == 0 ? "probe receiver" : "second receiver"} +
+            (wanted_.empty() ? " on USB" : " usb:" + wanted_)},
       settings_{settings},
-      decoder_{axes, lines} {}
+      decoder_{wiring.axes, wiring.lines, wiring.number} {}
 
 LinuxReceiver::~LinuxReceiver() = default;
 
@@ -177,10 +177,12 @@ void LinuxReceiver::lose(MonoTime now) {
   connection_.reset();
   decoder_.restart();
   forget();
-  loss_unreported_ = true;
+  const bool is_first = wiring_.number == 0;
+  loss_unreported_ = is_first;  // the probe is on it
   encoder_loss_unreported_ = decoder_.axes() != 0;
   for (const auto& line : decoder_.lines())
-    if (line) (line->role == LineRole::sync ? sync_loss_unreported_ : line_loss_unreported_) = true;
+    if (line && (is_first || line->role != LineRole::sync))  // of the second it is the first's
+      (line->role == LineRole::sync ? sync_loss_unreported_ : line_loss_unreported_) = true;
   next_try_ = now + kRetry;
 }
 
@@ -197,10 +199,10 @@ std::string LinuxReceiver::problemOfPackets() const {
     return counters.bad_version > at_connect_.bad_version
                ? "it sends packets of a version that this firmware does not know; update the older of the two"
                : problem_;
-  for (std::size_t i = decoder_.axisCounters(); i < axes_.size(); ++i) {
-    if (axes_[i])
+  for (std::size_t i = decoder_.axisCounters(); i < wiring_.axes.size(); ++i) {
+    if (wiring_.axes[i])
       return "it sends " + std::to_string(decoder_.axisCounters()) + " axis counters, and [encoder." +
-             letterOf(*axes_[i]) + "] of box.toml reads number " + std::to_string(i) +
+             letterOf(*wiring_.axes[i]) + "] of box.toml reads number " + std::to_string(i) +
              " (from 0): correct 'channel', or let the receiver send packets of version 2 with that counter";
   }
   const auto has_lines = std::ranges::any_of(decoder_.lines(), [](const auto& line) { return line.has_value(); });
@@ -213,7 +215,10 @@ std::string LinuxReceiver::problemOfPackets() const {
 
 // A fault of a moment is in one packet alone, and a person looks now and then.
 void LinuxReceiver::showFaults(MonoTime now) {
-  const auto seen = decoder_.takeFaults();
+  // Nobody reads the deflections of a second one.
+  constexpr unsigned kOfDeflections =
+      unsigned{bitOf(ReceiverFault::converter_silent)} | bitOf(ReceiverFault::deflections_late);
+  const unsigned seen = decoder_.takeFaults() & (wiring_.number == 0 ? ~0U : ~kOfDeflections);
   faults_ = 0;
   for (const auto& of_bit : kReceiverFaults) {
     const unsigned bit = bitOf(of_bit.fault);

@@ -5,6 +5,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "drivers/io/event_source.hpp"
 #include "drivers/usb_host/open_error.hpp"
@@ -32,10 +33,17 @@ class LinuxReceiver final : public io::EventSource {
   // For so long after its last packet with it a fault is shown.
   static constexpr Nanoseconds kShown = std::chrono::minutes{1};
 
-  // name: serial number or place ("1-1.4") of the receiver; empty for the only one. axes: to which its counters are
-  // wired; lines: what its lines are for; settings: those that the front end gets whenever it is connected.
-  explicit LinuxReceiver(std::string name, const CounterAxes& axes = {}, const WiredLines& lines = {},
-                         std::optional<front_end::Settings> settings = {});
+  // What it is read for.
+  struct Wiring {
+    CounterAxes axes{};     // to which its counters are wired
+    WiredLines lines{};     // what its lines are for
+    std::uint8_t number{};  // 0 the first, 1 the second, which has no probe
+  };
+
+  // name: serial number or place ("1-1.4") of the receiver; empty for the only one. settings: those that the
+  // front end gets whenever it is connected.
+  explicit LinuxReceiver(std::string name, const Wiring& wiring, std::optional<front_end::Settings> settings = {});
+  explicit LinuxReceiver(std::string name) : LinuxReceiver{std::move(name), Wiring{}} {}
   ~LinuxReceiver() override;
 
   std::size_t read(std::span<Event> into, MonoTime now) override;
@@ -72,7 +80,7 @@ class LinuxReceiver final : public io::EventSource {
   void noteVersion();
   std::size_t deliverLosses(std::span<Event> into, MonoTime now);
 
-  CounterAxes axes_;
+  Wiring wiring_;
   std::string wanted_;
   std::string name_;
   std::string problem_;

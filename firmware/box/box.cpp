@@ -69,6 +69,24 @@ published::ReceiverStatus receiverOf(const ProbeClock& clock) {
           .bad_packets = 0};
 }
 
+published::SecondReceiverStatus secondReceiverOf(const clock::MappedCounter& second) {
+  const auto& samples = second.byArrival().counters();
+  const auto& edges = second.counters();
+  const bool is_good = second.state() == ClockState::locked || second.state() == ClockState::holdover;
+  return {.state = second.state(),
+          .sigma_ns = is_good ? static_cast<std::uint32_t>(std::lround(second.sigmaNs())) : 0,
+          .frequency_ppb = is_good ? frequency_ppb(second.offsetPpm()) : 0,
+          .samples = samples.samples,
+          .missing = samples.missing,
+          .unstamped = second.unstamped(),
+          .restarts = edges.begun > 0 ? edges.begun - 1 : 0,
+          .matched = edges.matched,
+          .unmatched = edges.unmatched,
+          .unseen = edges.unseen,
+          .misfits = edges.misfits,
+          .bad_packets = 0};
+}
+
 procedure::ProbeKind probeKindOf(const BoxConfig& config) {
   if (config.probe_switch_line) return procedure::ProbeKind::trigger;
   return config.probe_reads_distances ? procedure::ProbeKind::distance : procedure::ProbeKind::scanning;
@@ -104,6 +122,7 @@ Box::Box(const BoxConfig& config, Outputs& outputs)
       outputs_{outputs},
       clock_{config.clock},
       probe_clock_{config.probe_clock},
+      second_receiver_{{.counter = config.probe_clock, .sync_period = config.clock.nominal_period}},
       control_clock_{config.control_clock},
       latch_{config.latch},
       common_stamps_{{config.latch.axes[0].interval, config.latch.axes[1].interval, config.latch.axes[2].interval}},
@@ -142,6 +161,7 @@ void Box::handle(const Event& event) {
 void Box::on(const TimeAdvanced& time) {
   clock_.advance(time.at);
   probe_clock_.advance(time.at);
+  if (config_.has_second_receiver) second_receiver_.advance(time.at);
   control_clock_.advance(time.at);
   latch_.setClock(clock_.map());
   latch_.advance(time.at);
@@ -233,12 +253,13 @@ void Box::on(const Deflection& deflection) {
 }
 
 void Box::on(const CountedDeflection& counted) {
+  if (counted.receiver != 0) return onSecond(counted);
   const std::uint64_t missing = probe_clock_.counters().missing;
   const auto stamped = probe_clock_.push(counted);
   const std::uint64_t lost = probe_clock_.counters().missing - missing;
   state_.lost.deflections += lost;
-  state_.lost.counts += lost * receiver_axes_.axes();
-  receiver_axes_.placed(counted.counter, stamped ? std::optional{stamped->at} : std::nullopt);
+  state_.lost.counts += lost * receiver_axes_[0].axes();
+  receiver_axes_[0].placed(counted.counter, stamped ? std::optional{stamped->at} : std::nullopt);
   if (stamped) {
     take({.sequence = counted.counter,
           .channels_nm = counted.channels_nm,
@@ -250,10 +271,22 @@ void Box::on(const CountedDeflection& counted) {
   }
 }
 
+// Of a second receiver only the number of the sample counts: nobody reads its deflections.
+void Box::onSecond(const CountedDeflection& counted) {
+  if (!config_.has_second_receiver) return;
+  const std::uint64_t missing = second_receiver_.byArrival().counters().missing;
+  const auto stamped = second_receiver_.push(probe_clock_, {counted.run, counted.counter, counted.newest, counted.at});
+  const std::uint64_t lost = second_receiver_.byArrival().counters().missing - missing;
+  auto& axes = receiver_axes_[1];
+  state_.lost.counts += lost * axes.axes();
+  axes.placed(counted.counter, stamped ? std::optional{stamped->at} : std::nullopt);
+}
+
 void Box::on(const CountedAxes& counted) {
-  if (const auto broken = receiver_axes_.broken(counted))
+  auto& axes = receiver_axes_[counted.receiver % kReceivers];
+  if (const auto broken = axes.broken(counted))
     on(SourceLost{Source::encoders, LossReason::overrun, 0, counted.at, broken});
-  const auto at = receiver_axes_.timeOf(counted);
+  const auto at = axes.timeOf(counted);
   if (!at) return;  // told with the deflection of the same sample
   // What a counter that lost counts, or an absolute encoder that could not be read, says is no position.
   const unsigned bad = unsigned{counted.axes} & counted.faults, good = counted.axes & ~bad;
@@ -264,12 +297,12 @@ void Box::on(const CountedAxes& counted) {
 
 void Box::on(const CountedIndex& index) {
   if (index.axis >= kLinearAxes + kRotaryAxes) return;
-  const auto at = probe_clock_.timeAfter({index.run, index.counter, false, index.at}, index.fraction);
+  const auto at = timeAfter(index.receiver, {index.run, index.counter, false, index.at}, index.fraction);
   if (!at) return;  // without a time there is no reference; the next pulse gives it
   const Edge edge{.role = LineRole::index,
                   .line = index.axis,
                   .level = Level::active,
-                  .line_sequence = receiver_axes_.nextIndex(index.axis),
+                  .line_sequence = receiver_axes_[index.receiver % kReceivers].nextIndex(index.axis),
                   .at = *at};
   countEdge(edge);
   latch_.push(edge);
@@ -277,9 +310,24 @@ void Box::on(const CountedIndex& index) {
   if (index.axis < kLinearAxes) corrections_.push(edge, index.counts);
 }
 
-// An edge of unknown time is lost, but not what an inhibit says: no time makes that wrong.
+std::optional<MonoTime> Box::timeAfter(std::uint8_t receiver, const clock::CounterReading& sample,
+                                       std::uint32_t fraction) {
+  return receiver == 0 ? probe_clock_.timeAfter(sample, fraction)
+                       : second_receiver_.timeAfter(probe_clock_, sample, fraction);
+}
+
+// An edge of unknown time is lost, but not what an inhibit says: no time makes that wrong. The sync line of a second
+// receiver is that of the first, and maps the one onto the other.
 void Box::on(const CountedEdge& counted) {
-  const auto at = probe_clock_.timeAfter({counted.run, counted.counter, false, counted.at}, counted.fraction);
+  const clock::CounterReading sample{counted.run, counted.counter, false, counted.at};
+  const bool maps = config_.has_second_receiver && counted.role == LineRole::sync && counted.level == Level::active;
+  if (maps && counted.receiver == 0) second_receiver_.sawFirst(probe_clock_, sample, counted.fraction);
+  if (maps && counted.receiver != 0) second_receiver_.sawSecond(probe_clock_, sample, counted.fraction);
+  if (counted.role == LineRole::sync && counted.receiver != 0) {
+    state_.lost.line_edges += countEdge({counted.role, counted.line, counted.level, counted.line_sequence, counted.at});
+    return;
+  }
+  const auto at = timeAfter(counted.receiver, sample, counted.fraction);
   if (!at && counted.role != LineRole::inhibit) return;
   if (counted.role == LineRole::sync) sync_by_receiver_ = true;
   on(Edge{.role = counted.role,
@@ -332,7 +380,11 @@ void Box::on(const SourceLost& lost) {
   const bool is_gone = lost.reason == LossReason::disconnected || lost.reason == LossReason::taken;
   if (is_gone) ++state_.lost.sources_gone;
   if (is_gone && lost.source == Source::probe) probe_clock_.restart();
-  if (is_gone && lost.source == Source::encoders) receiver_axes_.forget();
+  if (is_gone && lost.source == Source::encoders) {
+    if (receiver_axes_[1].isAmong(lost.axes)) second_receiver_.restart();
+    for (auto& axes : receiver_axes_)
+      if (axes.isAmong(lost.axes)) axes.forget();
+  }
   corrections_.push(lost);
   procedure_.push(lost);
 }
@@ -450,7 +502,8 @@ void Box::publish(MonoTime now) {
                  .incomplete_rows = procedure_.incompleteRows() + common_stamps_.incomplete(),
                  .stray_markers = procedure_.strayMarkers(),
                  .lost_in_journal = 0,
-                 .sources_gone = lost.sources_gone}};
+                 .sources_gone = lost.sources_gone},
+      .second_receiver = secondReceiverOf(second_receiver_)};
   state_.snapshot = {corrections_.state(), calibrationOf(progress, procedure_.plan(), corrections_.state().delay),
                      core};
   state_.procedure = progress;

@@ -16,6 +16,7 @@
 #include "firmware/capture/touch_dataset.hpp"
 #include "firmware/clock/counter_clock.hpp"
 #include "firmware/clock/estimator.hpp"
+#include "firmware/clock/mapped_counter.hpp"
 #include "firmware/corrections/corrections.hpp"
 #include "firmware/latch/latch.hpp"
 #include "firmware/procedure/methods/methods.hpp"
@@ -28,6 +29,7 @@ namespace probebox::box {
 struct BoxConfig {
   clock::ClockConfig clock;
   clock::CounterClockConfig probe_clock;  // for a receiver that counts its own samples
+  bool has_second_receiver{};             // on the sync line of that one, with its rate
   clock::CounterClockConfig control_clock{.max_sigma =
                                               std::chrono::microseconds{200}};  // of positions from the controller
   latch::LatchConfig latch;
@@ -80,9 +82,11 @@ class Box {
   void on(const AngleCount& count);
   void on(const Deflection& deflection);
   void on(const CountedDeflection& counted);
+  void onSecond(const CountedDeflection& counted);
   void on(const CountedAxes& counted);
   void on(const CountedIndex& index);
   void on(const CountedEdge& counted);
+  std::optional<MonoTime> timeAfter(std::uint8_t receiver, const clock::CounterReading& sample, std::uint32_t fraction);
   void on(const ControlPositions& positions);
   void on(const Drift& drift);
   void on(const Marker& marker);
@@ -113,6 +117,7 @@ class Box {
   Outputs& outputs_;
   clock::ClockEstimator clock_;
   clock::CounterClock probe_clock_;
+  clock::MappedCounter second_receiver_;
   bool sync_by_receiver_{};  // its clock is between a tick and this computer's
   clock::CounterClock control_clock_;
   latch::Latch latch_;
@@ -125,7 +130,7 @@ class Box {
   std::array<SequenceWatch, kLinearAxes> count_sequence_;
   std::array<SequenceWatch, kRotaryAxes> angle_sequence_;
   SequenceWatch probe_sequence_;
-  ReceiverAxes receiver_axes_;
+  std::array<ReceiverAxes, kReceivers> receiver_axes_;
   ControlAxes control_axes_;
   RateMeter rate_meter_;
   std::uint64_t lost_in_queue_samples_{};

@@ -32,6 +32,8 @@ class ReceiverAxes {
   // Call when the receiver has gone and this was reported: a new run of the next counts is then not reported again.
   void forget() { axes_ = 0; }
 
+  // Whether a loss of these axes, 0 for all, is of this receiver.
+  bool isAmong(std::uint8_t axes) const { return axes == 0 || (axes & axes_) != 0; }
   std::size_t axes() const { return static_cast<std::size_t>(std::popcount(axes_)); }
   std::uint32_t nextIndex(std::size_t axis) { return ++indexes_.at(axis); }
 

@@ -25,11 +25,49 @@ class FrontEndProbe {
   static constexpr front_end::Settings kSettings{.full_scale_nm = {2'000'000, -2'000'000, 2'000'000}};
   static constexpr double kRate_hz = double{front_end::kSystemHz} / front_end::kCyclesAStep / kSettings.steps_a_sample;
 
+  // What is on its pins: the encoders of these axes, as bits, and of the first of two the trigger. Its oscillator is
+  // off by so much where it takes its samples itself.
+  struct Wiring {
+    std::uint8_t axes{0b111};
+    std::uint8_t receiver{};
+    double offset_ppm{};
+  };
+
   // counts: of X, Y and Z at a time. The front end counts from where they are at its first sample. marks_late_s: by
   // which the encoders show their marks after the world's edges of them.
-  FrontEndProbe(std::uint64_t seed, CountedProbe::Counts counts, const std::array<double, kLinearAxes>& marks_late_s)
-      : random_{seed}, counts_{std::move(counts)}, marks_late_s_{marks_late_s}, decoder_{counterAxes(), wiredLines()} {
+  FrontEndProbe(std::uint64_t seed, CountedProbe::Counts counts, const std::array<double, kLinearAxes>& marks_late_s,
+                const Wiring& wiring)
+      : random_{seed},
+        counts_{std::move(counts)},
+        marks_late_s_{marks_late_s},
+        receiver_{wiring.receiver},
+        rate_hz_{kRate_hz * (1 + wiring.offset_ppm * 1e-6)},
+        axes_{wiring.axes},
+        decoder_{counterAxes(wiring.axes), wiredLines(wiring.receiver), wiring.receiver} {
     assembly_->start(kSettings, 1);
+  }
+
+  // Takes the samples until then on its own oscillator, without a probe.
+  void advance(MonoTime until) {
+    if (begun_ == MonoTime{}) begun_ = until;
+    while (true) {
+      const auto at = begun_ + Nanoseconds{std::llround(1e9 * static_cast<double>(taken_) / rate_hz_)};
+      if (at > until) return;
+      ++taken_;
+      take(Deflection{.at = at});
+    }
+  }
+  // Its supply fails for a moment: it counts anew, and the host finds another run.
+  void restart() {
+    assembly_->start(kSettings, ++run_);
+    samples_ = 0;
+    levels_ = 0;
+  }
+  // It is not on the bus, and what it had sent is gone.
+  void setUnplugged(bool unplugged) {
+    unplugged_ = unplugged;
+    waiting_.clear();
+    decoder_.restart();
   }
 
   void take(const Deflection& deflection) {
@@ -54,11 +92,12 @@ class FrontEndProbe {
   bool take(const Edge& edge) {
     const bool high = edge.level == Level::active;
     if (edge.role == LineRole::index) {
+      if ((axes_ >> edge.line & 1U) == 0) return false;
       marks_.push_back({edge.line, edge.at + Nanoseconds{std::llround(1e9 * marks_late_s_[edge.line])}});
       return true;
     }
     const bool is_sync = edge.role == LineRole::sync;
-    if (!is_sync && !(edge.role == LineRole::trigger && edge.line == 0)) return false;
+    if (!is_sync && !(receiver_ == 0 && edge.role == LineRole::trigger && edge.line == 0)) return false;
     const auto line = is_sync ? usb_probe::ReceiverLine::sync : usb_probe::ReceiverLine::trigger_1;
     pass(edge.at, [&](std::uint32_t step) {
       set(step, line, high);
@@ -80,12 +119,14 @@ class FrontEndProbe {
  private:
   static constexpr std::uint32_t kPulseSteps = 100;
 
-  static usb_probe::CounterAxes counterAxes() {
+  static usb_probe::CounterAxes counterAxes(std::uint8_t wired) {
     usb_probe::CounterAxes axes{};
-    for (std::uint8_t i = 0; i < kLinearAxes; ++i) axes[i] = {.axis = i, .has_index = true};
+    for (std::uint8_t i = 0; i < kLinearAxes; ++i)
+      if ((wired >> i & 1U) != 0) axes[i] = {.axis = i, .has_index = true};
     return axes;
   }
-  static usb_probe::WiredLines wiredLines() {
+  static usb_probe::WiredLines wiredLines(std::uint8_t receiver) {
+    if (receiver != 0) return {usb_probe::WiredLine{LineRole::sync, receiver}};
     return {usb_probe::WiredLine{LineRole::sync}, usb_probe::WiredLine{LineRole::trigger}};
   }
   static std::uint32_t hardwareStamp(std::uint32_t step, unsigned levels) {
@@ -103,7 +144,7 @@ class FrontEndProbe {
   // The step in which the hardware sees what happens at `at`; nothing is seen before the first sample.
   void pass(MonoTime at, auto&& see) {
     if (samples_ == 0) return;
-    const double since = 1e-9 * static_cast<double>((at - last_).count()) * kRate_hz;
+    const double since = 1e-9 * static_cast<double>((at - last_).count()) * rate_hz_;
     see(static_cast<std::uint32_t>(
         std::llround(std::ceil((static_cast<double>(samples_ - 1) + since) * kSettings.steps_a_sample))));
   }
@@ -124,6 +165,7 @@ class FrontEndProbe {
   }
 
   void send(std::span<const std::byte> packet) {
+    if (unplugged_) return;
     const auto late_ns = std::lognormal_distribution{std::log(CountedProbe::kMedianNs), CountedProbe::kShape}(random_);
     arrived_ = std::max(arrived_, last_ + Nanoseconds{std::llround(late_ns)});
     decoder_.begin(packet, arrived_, true);
@@ -135,7 +177,14 @@ class FrontEndProbe {
   std::mt19937_64 random_;
   CountedProbe::Counts counts_;
   std::array<double, kLinearAxes> marks_late_s_;
+  std::uint8_t receiver_;
+  double rate_hz_;
+  std::uint8_t axes_;
   usb_probe::ReceiverDecoder decoder_;
+  MonoTime begun_{};       // its first sample, of its own
+  std::uint64_t taken_{};  // of them
+  std::uint8_t run_{1};
+  bool unplugged_{};
   std::unique_ptr<front_end::Assembly> assembly_ = std::make_unique<front_end::Assembly>();
   std::array<std::int64_t, kLinearAxes> begin_{};
   std::uint64_t samples_{};

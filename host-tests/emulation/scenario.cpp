@@ -144,7 +144,8 @@ void Recorder::trigger(const box::PlacedTrigger& trigger) {
 // A receiver reads the encoders as often as the probe, a controller once a cycle.
 box::BoxConfig boxWith(const world::Config& config, ProbeIs probe) {
   auto box = usualBox(config);
-  if (probe == ProbeIs::counted_with_axes || probe == ProbeIs::front_end)
+  box.has_second_receiver = box.counts_have_own_stamps = probe == ProbeIs::two_front_ends;
+  if (probe == ProbeIs::counted_with_axes || probe == ProbeIs::front_end || probe == ProbeIs::two_front_ends)
     for (auto& axis : box.latch.axes) axis.interval = box.latch.probe.interval;
   if (probe == ProbeIs::stamped_axes_told) {
     box.control_clock.rate_hz = 1e9 / static_cast<double>(ToldAxes::kCycle.count());
@@ -233,7 +234,12 @@ Scenario::Scenario(const world::Config& config, std::uint64_t seed, ProbeIs prob
   if (probe == ProbeIs::counted_with_axes) receiver_.emplace(seed, counts);
   auto marks_late_s = config.delays.tau_machine_s;  // as the counts, and the world's edges are late as the probe is
   for (auto& late_s : marks_late_s) late_s -= config.delays.tau_probe_s;
-  if (probe == ProbeIs::front_end) front_end_.emplace(seed, counts, marks_late_s);
+  if (probe == ProbeIs::front_end) front_end_.emplace(seed, counts, marks_late_s, FrontEndProbe::Wiring{});
+  if (probe == ProbeIs::two_front_ends) {
+    front_end_.emplace(seed, counts, marks_late_s, FrontEndProbe::Wiring{.axes = 0b101});
+    second_front_end_.emplace(seed + 1, counts, marks_late_s,
+                              FrontEndProbe::Wiring{.axes = 0b010, .receiver = 1, .offset_ppm = 37});
+  }
   if (probe == ProbeIs::stamped_axes_told) told_.emplace(seed, config.start, counts);
 }
 
@@ -270,6 +276,12 @@ void Scenario::pass(Event event) {
     auto& line = lines_.at(static_cast<std::size_t>(edge->role)).at(edge->line);
     line.newest = edge->line_sequence;
     edge->line_sequence -= line.before;
+    if (second_front_end_) {
+      second_front_end_->advance(edge->at);
+      const bool misses = second_misses_sync && edge->role == LineRole::sync;
+      const bool is_its_alone = !misses && second_front_end_->take(*edge) && edge->role != LineRole::sync;
+      if (is_its_alone) return;
+    }
     if (front_end_ && front_end_->take(*edge)) return;
   }
   const auto* const deflection = std::get_if<Deflection>(&event);
@@ -315,6 +327,8 @@ void Scenario::step() {
     std::for_each_n(batch_.begin(), count, [this](auto& e) { enqueue(e); });
   for (Event counted; receiver_ && receiver_->next(now_, counted);) enqueue(counted);
   for (Event counted; front_end_ && front_end_->next(now_, counted);) enqueue(counted);
+  if (second_front_end_) second_front_end_->advance(now_);
+  for (Event counted; second_front_end_ && second_front_end_->next(now_, counted);) enqueue(counted);
   while (told_) {
     const auto told = told_->next(now_);
     if (!told) break;

@@ -74,7 +74,7 @@ app::MachineTravel travelOf(const procedure::Facts& facts);
 
 // How samples reach the box: all stamped by the world; the probe's counted by a receiver, or by one that has the
 // encoders too, or by the front end, which has lines as well; or positions told by the controller.
-enum class ProbeIs { stamped, counted, counted_with_axes, front_end, stamped_axes_told };
+enum class ProbeIs { stamped, counted, counted_with_axes, front_end, two_front_ends, stamped_axes_told };
 
 // A world, a controller and a box on virtual time: run(5s) takes milliseconds.
 class Scenario {
@@ -123,6 +123,8 @@ class Scenario {
   Recorder& recorder() { return recorder_; }
   CountedProbe& receiver() { return *receiver_; }
   FrontEndProbe& frontEnd() { return *front_end_; }
+  FrontEndProbe& secondFrontEnd() { return *second_front_end_; }
+  bool second_misses_sync{};
   EmulatedEncoders& encoders() { return *encoders_; }
   ToldAxes& controllerThatTells() { return *told_; }
   MonoTime now() const { return now_; }
@@ -162,6 +164,7 @@ class Scenario {
   world::Controller controller_;
   std::optional<CountedProbe> receiver_;
   std::optional<FrontEndProbe> front_end_;
+  std::optional<FrontEndProbe> second_front_end_;  // with Y
   EncodersAre encoders_are_{};
   std::unique_ptr<EmulatedEncoders> encoders_;
   std::optional<ToldAxes> told_;

@@ -18,6 +18,7 @@ using published::CoreStatus;
 using published::EventCounts;
 using published::Ledger;
 using published::ReceiverStatus;
+using published::SecondReceiverStatus;
 
 struct ModbusCounters {
   std::uint64_t requests{};

@@ -236,20 +236,22 @@ std::vector<std::unique_ptr<io::EventSource>> sensorSources(const board::Descrip
 // A probe receiver that status shows, with its damaged packets.
 class ProbeReceiver final : public io::EventSource {
  public:
-  // serial_number: empty for the only receiver. The descriptions are supported. `counters` must outlive this.
-  ProbeReceiver(std::string serial_number, const board::Descriptions& descriptions, Counters& counters)
-      : receiver_{std::move(serial_number), counterAxes(descriptions), wiredLines(descriptions.box),
-                  frontEndSettings(descriptions).value()},
+  // serial_number: empty for the only receiver. number: 0 the first, 1 the second. The descriptions are supported.
+  // `counters` must outlive this.
+  ProbeReceiver(std::string serial_number, const board::Descriptions& descriptions, std::uint8_t number,
+                ReceiverCounters& counters)
+      : receiver_{std::move(serial_number),
+                  {counterAxes(descriptions, number), wiredLines(descriptions.box, number), number},
+                  frontEndSettings(descriptions, number).value()},
         counters_{counters},
         noise_um_{descriptions.probe.noise_um} {}
 
   std::size_t read(std::span<Event> into, MonoTime now) override {
     const std::size_t count = receiver_.read(into, now);
-    counters_.receiver_bad_packets = receiver_.packets().bad();
+    counters_.bad_packets = receiver_.packets().bad();
     if (std::exchange(shown_, receiver_.changes()) != receiver_.changes()) show();
     const auto& inputs = receiver_.inputs();
-    if (std::exchange(shown_windows_, inputs.windows()) != inputs.windows())
-      counters_.receiver_inputs.publish(inputs.last());
+    if (std::exchange(shown_windows_, inputs.windows()) != inputs.windows()) counters_.inputs.publish(inputs.last());
     return count;
   }
   int descriptor() const override { return receiver_.descriptor(); }
@@ -286,7 +288,7 @@ class ProbeReceiver final : public io::EventSource {
   }
 
   usb_probe::LinuxReceiver receiver_;
-  Counters& counters_;
+  ReceiverCounters& counters_;
   unsigned shown_{}, shown_windows_{};
   double noise_um_;
   std::string logged_;
@@ -309,7 +311,9 @@ Sources openReal(const board::Descriptions& descriptions, Counters& counters) {
   for (auto& line : gpio::linesApart(box)) sources.push_back(std::make_unique<GpioLine>(std::move(line)));
   for (auto& encoder : openEncoders(descriptions)) sources.push_back(std::move(encoder));
   if (auto receiver = receiverOf(box.devices))
-    sources.push_back(std::make_unique<ProbeReceiver>(std::move(*receiver), descriptions, counters));
+    sources.push_back(std::make_unique<ProbeReceiver>(std::move(*receiver), descriptions, 0, counters.receivers[0]));
+  if (const auto& second = box.second_receiver)
+    sources.push_back(std::make_unique<ProbeReceiver>(second->serial_number, descriptions, 1, counters.receivers[1]));
   for (auto& sensors : sensorSources(descriptions)) sources.push_back(std::move(sensors));
   return sources;
 }
@@ -355,7 +359,8 @@ std::optional<std::string> receiverOf(const board::Devices& devices) {
   return devices.probe.substr(kNamed.size());
 }
 
-Outcome<std::optional<front_end::Settings>> frontEndSettings(const board::Descriptions& descriptions) {
+Outcome<std::optional<front_end::Settings>> frontEndSettings(const board::Descriptions& descriptions,
+                                                             std::uint8_t number) {
   constexpr double kSteps_hz = double{front_end::kSystemHz} / front_end::kCyclesAStep;
   constexpr double kMostOff = 1e-4;  // the box takes a receiver that is 2e-4 off, its crystal's error included
   if (!descriptions.box.front_end) return std::optional<front_end::Settings>{};
@@ -371,7 +376,8 @@ Outcome<std::optional<front_end::Settings>> frontEndSettings(const board::Descri
                                .samples_a_packet = samples_a_packet,
                                .sync_out_steps = 0,
                                .full_scale_nm = {}};
-  if (sync_out_hz) settings.sync_out_steps = static_cast<std::uint32_t>(std::lround(kSteps_hz / *sync_out_hz));
+  if (sync_out_hz && number == 0)
+    settings.sync_out_steps = static_cast<std::uint32_t>(std::lround(kSteps_hz / *sync_out_hz));
   std::ranges::transform(full_scale_um, settings.full_scale_nm.begin(),
                          [](double um) { return static_cast<std::int32_t>(std::lround(1000 * um)); });
   return std::optional{settings};

@@ -1,4 +1,5 @@
 #pragma once
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -25,8 +26,9 @@ std::optional<Error> whyUnsupported(const board::Descriptions& descriptions);
 std::optional<std::string> receiverOf(const board::Devices& devices);
 
 // The settings that [front_end] of box.toml and rate_hz of probe.toml give; nullopt without that section. The error
-// names a rate that the front end does not have.
-Outcome<std::optional<front_end::Settings>> frontEndSettings(const board::Descriptions& descriptions);
+// names a rate that the front end does not have. SYNC_OUT is the first one's alone.
+Outcome<std::optional<front_end::Settings>> frontEndSettings(const board::Descriptions& descriptions,
+                                                             std::uint8_t number = 0);
 
 // True when a receiver or converter numbers the probe's samples by an oscillator of its own.
 bool countsSamples(const board::Devices& devices);

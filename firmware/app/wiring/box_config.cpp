@@ -73,6 +73,7 @@ box::BoxConfig boxConfig(const board::Descriptions& descriptions) {
   box::BoxConfig config;
   config.clock.nominal_period = descriptions.box.sync_period;
   if (countsSamples(devices)) config.probe_clock.rate_hz = descriptions.probe.rate_hz;
+  config.has_second_receiver = descriptions.box.second_receiver.has_value();
   if (const auto rate_hz = controlCounterRate(devices)) config.control_clock.rate_hz = *rate_hz;
   config.latch.samples_per_tick = static_cast<std::int32_t>(descriptions.box.samples_per_tick);
   const bool scans = !descriptions.probe.by_switch;
@@ -159,6 +160,12 @@ std::vector<messages::LineStatus> wireLines(const board::Box& box) {
   for (const auto& [described, role, number] : gpio::allLines(box))
     lines.push_back(
         {.name = described->name, .role = static_cast<std::uint8_t>(role), .line = number, .edges = 0, .lost = 0});
+  if (box.second_receiver)
+    lines.push_back({.name = box.sync.name + " on the second receiver",
+                     .role = static_cast<std::uint8_t>(LineRole::sync),
+                     .line = 1,
+                     .edges = 0,
+                     .lost = 0});
   // Marks that a counter reports count as lines of their axis.
   for (std::size_t axis = 0; axis < board::kLinearEncoders; ++axis) {
     const auto& encoder = box.devices.encoders_by_axis.at(axis);

@@ -97,12 +97,12 @@ std::vector<std::unique_ptr<io::EventSource>> openEncoders(const board::Descript
   return sources;
 }
 
-usb_probe::CounterAxes counterAxes(const board::Descriptions& descriptions) {
+usb_probe::CounterAxes counterAxes(const board::Descriptions& descriptions, std::uint8_t number) {
   usb_probe::CounterAxes axes{};
   for (std::size_t place = 0; place < board::kAllEncoderAxes.size(); ++place) {
     const auto& encoder = board::encoderOf(descriptions.box.devices, place);
     const auto* const receiver = encoder ? std::get_if<board::ReceiverEncoder>(&encoder->by) : nullptr;
-    if (receiver == nullptr) continue;
+    if (receiver == nullptr || receiver->receiver_number != number) continue;
     const bool is_secondary = place >= board::kEncoderLetters;
     const std::size_t axis = is_secondary ? place - board::kEncoderLetters : place;
     const double counts_per_secondary =
@@ -121,11 +121,13 @@ static_assert(board::kReceiverLineNames[static_cast<std::size_t>(usb_probe::Rece
               board::kReceiverLineNames[static_cast<std::size_t>(usb_probe::ReceiverLine::trigger_2)] == "trigger-2" &&
               board::kReceiverLineNames[static_cast<std::size_t>(usb_probe::ReceiverLine::inhibit)] == "inhibit");
 
-usb_probe::WiredLines wiredLines(const board::Box& box) {
+usb_probe::WiredLines wiredLines(const board::Box& box, std::uint8_t number) {
   usb_probe::WiredLines lines{};
-  for (const auto& [described, role, number] : gpio::allLines(box))
-    if (described->receiver)
-      lines.at(*described->receiver) = {role, number, described->active == board::ActiveLevel::low};
+  const auto sync = static_cast<std::size_t>(usb_probe::ReceiverLine::sync);
+  if (number != 0) lines.at(sync) = {LineRole::sync, number, box.sync.active == board::ActiveLevel::low};
+  for (const auto& [described, role, line] : gpio::allLines(box))
+    if (described->receiver && described->receiver_number == number)
+      lines.at(*described->receiver) = {role, line, described->active == board::ActiveLevel::low};
   return lines;
 }
 

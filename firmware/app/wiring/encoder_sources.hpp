@@ -18,10 +18,10 @@ std::optional<Error> whyUnsupportedEncoders(const board::Devices& devices);
 // Opens the drivers. Absent devices are retried while the box runs.
 std::vector<std::unique_ptr<io::EventSource>> openEncoders(const board::Descriptions& descriptions);
 
-// Axes to which the counters of the probe's receiver are wired.
-usb_probe::CounterAxes counterAxes(const board::Descriptions& descriptions);
-// What the lines of the receiver are for.
-usb_probe::WiredLines wiredLines(const board::Box& box);
+// Axes to which the counters of a receiver are wired. number: 0 the first, which has the probe; 1 the second.
+usb_probe::CounterAxes counterAxes(const board::Descriptions& descriptions, std::uint8_t number = 0);
+// What the lines of that receiver are for. The second always has the sync line, under the role's second number.
+usb_probe::WiredLines wiredLines(const board::Box& box, std::uint8_t number = 0);
 
 // Counts of X, Y or Z for one of its secondary axis, negative where the two count in opposite senses; 0 without one.
 double countsPerSecondaryCount(const board::Machine& machine, std::size_t axis);

@@ -26,7 +26,7 @@ class ReceiverWithCounters : public Receiver {
 
 TEST_F(ReceiverWithCounters, GivesCountsOfWiredAxesWithTheirSamples) {
   bus_->plug(kReceiver);
-  LinuxReceiver source{"", axes_};
+  LinuxReceiver source{"", {.axes = axes_}};
   read(source);
   send(packets(1));
   const auto events = read(source);
@@ -44,7 +44,7 @@ TEST_F(ReceiverWithCounters, GivesCountsOfWiredAxesWithTheirSamples) {
 
 TEST_F(ReceiverWithCounters, TellsOnceThatItWentWithItsEncoders) {
   bus_->plug(kReceiver);
-  LinuxReceiver source{"", axes_};
+  LinuxReceiver source{"", {.axes = axes_}};
   read(source);
   for (int cycle = 0; cycle < 2; ++cycle) {
     send(packets(1));
@@ -68,7 +68,7 @@ TEST_F(ReceiverWithCounters, TellsOnceThatItWentWithItsEncoders) {
 TEST_F(ReceiverWithCounters, NamesAnAxisWhoseCounterItDoesNotSend) {
   axes_[5] = {.axis = 1, .has_index = false};
   bus_->plug(kReceiver);
-  LinuxReceiver source{"", axes_};
+  LinuxReceiver source{"", {.axes = axes_}};
   read(source);
   send(packets(1));
   read(source);

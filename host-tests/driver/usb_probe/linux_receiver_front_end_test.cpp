@@ -48,13 +48,13 @@ TEST_F(FrontEndOfReceiver, GetsItsSettingsWheneverItHasOthers) {
   const front_end::Settings wanted{.steps_a_sample = 5000, .full_scale_nm = {2'500'000, -2'500'000, 400'000}};
   bus_->plug(front_end_.device());
   {
-    LinuxReceiver source{"", {}, {}, wanted};
+    LinuxReceiver source{"", {}, wanted};
     read(source);
     EXPECT_EQ(source.problem(), "");
     EXPECT_EQ(source.frontEnd()->settings, wanted);
   }
   EXPECT_EQ(front_end_.settings(), wanted);
-  LinuxReceiver again{"", {}, {}, wanted};
+  LinuxReceiver again{"", {}, wanted};
   read(again);
   EXPECT_EQ(again.frontEnd()->settings, wanted);
   EXPECT_EQ(front_end_.run(), 1) << "counts go on where nothing is to be changed";
@@ -62,7 +62,7 @@ TEST_F(FrontEndOfReceiver, GetsItsSettingsWheneverItHasOthers) {
 
 TEST_F(FrontEndOfReceiver, IsNotReadWhileItRefusesItsSettings) {
   bus_->plug(front_end_.device());
-  LinuxReceiver source{"", {}, {}, front_end::Settings{.full_scale_nm = {1'000'000, 0, 1'000'000}}};
+  LinuxReceiver source{"", {}, front_end::Settings{.full_scale_nm = {1'000'000, 0, 1'000'000}}};
   read(source);
   EXPECT_THAT(source.problem(), HasSubstr("full_scale_um"));
   EXPECT_FALSE(connected());
@@ -74,7 +74,7 @@ TEST_F(FrontEndOfReceiver, IsNotReadWhileItRefusesItsSettings) {
 
 TEST_F(FrontEndOfReceiver, IsNotReadWhereItHasNoSettingsThatAreWanted) {
   bus_->plug(kReceiver);
-  LinuxReceiver source{"", {}, {}, front_end::Settings{}};
+  LinuxReceiver source{"", {}, front_end::Settings{}};
   read(source);
   EXPECT_THAT(source.problem(), HasSubstr("[front_end]"));
   EXPECT_FALSE(connected());
@@ -88,7 +88,7 @@ TEST_F(FrontEndOfReceiver, IsSeldomAskedAgainWhileItDoesNotAnswer) {
     return std::nullopt;
   };
   bus_->plug(silent);
-  LinuxReceiver source{"", {}, {}, front_end::Settings{}};
+  LinuxReceiver source{"", {}, front_end::Settings{}};
   read(source);
   const int once = asked;
   EXPECT_GT(once, 0);
@@ -107,7 +107,7 @@ TEST_F(FrontEndOfReceiver, IsNotBlamedForSettingsThatDidNotArrive) {
     return is_write ? std::nullopt : answers(setup, data);
   };
   bus_->plug(spoilt);
-  LinuxReceiver source{"", {}, {}, front_end::Settings{.steps_a_sample = 5000}};
+  LinuxReceiver source{"", {}, front_end::Settings{.steps_a_sample = 5000}};
   read(source);
   EXPECT_THAT(source.problem(), HasSubstr("cable"));
   EXPECT_THAT(source.problem(), testing::Not(HasSubstr("refuses")));

@@ -21,7 +21,7 @@ class ReceiverWithLines : public Receiver {
 
 TEST_F(ReceiverWithLines, GivesTheirEdgesAndTellsOnceThatItWentWithThem) {
   bus_->plug(kReceiver);
-  LinuxReceiver source{"", {}, lines_};
+  LinuxReceiver source{"", {.lines = lines_}};
   read(source);
   device_.edge(ReceiverLine::sync, true, monoTime(700'000));
   send(packets(1));
@@ -43,7 +43,7 @@ TEST_F(ReceiverWithLines, NamesAVersionThatHasNoLines) {
   device_ =
       EmulatedReceiver{{.samples_a_packet = 4}, [](Nanoseconds) { return std::array<Micrometres, 3>{}; }, monoTime(0)};
   bus_->plug(kReceiver);
-  LinuxReceiver source{"", {}, lines_};
+  LinuxReceiver source{"", {.lines = lines_}};
   read(source);
   send(packets(1));
   read(source);
@@ -52,7 +52,7 @@ TEST_F(ReceiverWithLines, NamesAVersionThatHasNoLines) {
 
 TEST_F(ReceiverWithLines, NamesItsFaultsForAMinute) {
   bus_->plug(kReceiver);
-  LinuxReceiver source{"", {}, lines_};
+  LinuxReceiver source{"", {.lines = lines_}};
   read(source);
   device_.setFaults(bitOf(ReceiverFault::wires_3) | bitOf(ReceiverFault::edges_lost));
   send(packets(1));

@@ -172,6 +172,60 @@ TEST(FrontEnd, CarriesARunFromItsPinsToADelayThatIsAccepted) {
   EXPECT_EQ(scenario.state().snapshot.clock.absolute_sigma_ns, 4'000'000'000U) << "packets are all that tells it";
 }
 
+// Y is on a second front end, whose oscillator is its own: one delay fits all three axes.
+TEST(FrontEnd, CarriesARunTogetherWithASecondOne) {
+  Scenario scenario{frontEndWorld(), 12, ProbeIs::two_front_ends};
+  scenario.recorder().keeps_bytes = false;
+  ASSERT_TRUE(scenario.runUntil([&] { return scenario.state().snapshot.referenced; }, 60s)) << "by its index latches";
+  const auto solved = scenario.calibrate(procedure::kDelayMultiSpeed);
+  ASSERT_TRUE(solved) << "stopped in step " << scenario.state().procedure.step;
+  ASSERT_TRUE(solved->ok()) << solved->error().reason;
+  const auto* tau = solved->value().find("tau_s");
+  const double sd = tau->standardDeviation().value();
+  EXPECT_LT(sd, 1e-4);
+  EXPECT_NEAR(tau->value(), scenario.truth().tau_s[0], 4 * sd);
+  scenario.activateDelay({tau->value(), tau->value(), tau->value()});
+  EXPECT_EQ(scenario.state().snapshot.delay.result_id, 99U);
+  const auto& second = scenario.state().snapshot.second_receiver;
+  EXPECT_EQ(second.state, ClockState::locked);
+  EXPECT_LT(second.sigma_ns, 100U);
+  EXPECT_EQ(second.missing + second.restarts + second.unmatched, 0U);
+  EXPECT_NEAR(second.frequency_ppb, 37'000, 40'000) << "beside the first, which is off by itself";
+}
+
+// Whatever becomes of the second, samples of the probe keep their times, and what was lost is told by name.
+TEST(FrontEnd, GoesOnWithoutTheSecondOne) {
+  Scenario scenario{frontEndWorld(), 13, ProbeIs::two_front_ends};
+  scenario.run(10s);
+  const auto& snapshot = scenario.state().snapshot;
+  ASSERT_EQ(snapshot.second_receiver.state, ClockState::locked);
+  scenario.second_misses_sync = true;
+  scenario.run(600ms);
+  EXPECT_EQ(snapshot.second_receiver.state, ClockState::holdover);
+  scenario.second_misses_sync = false;
+  scenario.run(2s);
+  EXPECT_EQ(snapshot.second_receiver.state, ClockState::locked);
+  EXPECT_GT(snapshot.second_receiver.unseen, 500U);
+  EXPECT_EQ(snapshot.second_receiver.restarts, 0U);
+  scenario.secondFrontEnd().restart();
+  scenario.run(5s);
+  EXPECT_EQ(snapshot.second_receiver.state, ClockState::locked);
+  EXPECT_EQ(snapshot.second_receiver.restarts, 1U);
+  const auto unstamped = snapshot.receiver.unstamped, samples = snapshot.receiver.samples;
+  const auto lost = snapshot.ledger.lost_at_source;
+  scenario.secondFrontEnd().setUnplugged(true);
+  scenario.push(SourceLost{Source::encoders, LossReason::disconnected, 0, scenario.now(), axisBit(Axis::y)});
+  scenario.run(1s);
+  EXPECT_EQ(snapshot.second_receiver.state, ClockState::unlocked);
+  EXPECT_EQ(snapshot.receiver.state, ClockState::locked);
+  EXPECT_EQ(snapshot.receiver.unstamped, unstamped);
+  EXPECT_NEAR(static_cast<double>(snapshot.receiver.samples - samples), 1999, 30);
+  EXPECT_GT(snapshot.ledger.lost_at_source, lost) << "samples without Y are declared, as without any encoder";
+  scenario.secondFrontEnd().setUnplugged(false);
+  scenario.run(5s);
+  EXPECT_EQ(snapshot.second_receiver.state, ClockState::locked);
+}
+
 TEST(Receiver, UnpluggedWithTheEncodersTakesTheirReferenceAway) {
   auto world = usualWorld();
   world.encoders.power_up_mm = {1, 2, 3};  // the axes have to be referenced

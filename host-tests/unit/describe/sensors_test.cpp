@@ -1,3 +1,5 @@
+#include <array>
+#include <cstddef>
 #include <fstream>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -144,6 +146,39 @@ TEST(Boards, WithAFrontEndNeedNoGpioChip) {
     EXPECT_EQ(board->box.skips.at(0).receiver, 2);
     EXPECT_EQ(board->box.inhibits.at(0).receiver, 3);
   }
+}
+
+TEST(Boards, MayHaveASecondFrontEndForEightAxes) {
+  const auto board = loadDirectory(BOARDS "/front-end/eight-axes");
+  ASSERT_TRUE(board.ok()) << board.error().what;
+  ASSERT_TRUE(board->box.second_receiver);
+  EXPECT_NE("usb:" + board->box.second_receiver->serial_number, board->box.devices.probe);
+  std::array<std::size_t, kReceivers> axes{};
+  for (std::size_t place = 0; place < kAllEncoderAxes.size(); ++place)
+    if (const auto& encoder = encoderOf(board->box.devices, place))
+      ++axes.at(std::get<ReceiverEncoder>(encoder->by).receiver_number);
+  EXPECT_EQ(axes, (std::array<std::size_t, kReceivers>{4, 4}));
+}
+
+TEST(SecondReceiver, IsRefusedWithoutWhatTellsItFromTheFirst) {
+  std::ostringstream text;
+  text << std::ifstream{BOARDS "/front-end/eight-axes/box.toml"}.rdbuf();
+  const auto problem = [&](std::string_view from, const std::string& to) {
+    const auto box = parseBox(exchanged(text.str(), from, to), "box.toml");
+    return box ? std::string{} : box.error().what;
+  };
+  ASSERT_EQ(problem("[sync]", "[sync]"), "");
+  EXPECT_THAT(problem("\"usb:E66058388340\"", "\"usb\""), HasSubstr("'receiver_2'"));
+  EXPECT_THAT(problem("\"E66058388341\"", "\"E66058388340\""), HasSubstr("'receiver_2'"));
+  EXPECT_THAT(problem("receiver = \"sync\"", "chip = \"gpiochip0\"\nline = 4"), HasSubstr("'receiver_2'"));
+  EXPECT_THAT(problem("receiver = \"sync\"", "receiver = \"sync\"\nreceiver_number = 2"), HasSubstr("'sync'"));
+  EXPECT_THAT(problem("period_ns = 1_000_000", "period_ns = 100_000"), HasSubstr("'receiver_2'"));
+  EXPECT_THAT(problem("[receiver_2]\nserial_number = \"E66058388341\"", ""), HasSubstr("'receiver_2'"));
+  EXPECT_THAT(problem("receiver_number = 2\nchannel = 0", "channel = 0"), HasSubstr("encoder"));
+  EXPECT_THAT(problem("receiver = \"trigger-2\"", "receiver = \"trigger-2\"\nreceiver_number = 3"),
+              HasSubstr("receiver_number"));
+  EXPECT_EQ(problem("receiver = \"trigger-2\"", "receiver = \"trigger-1\"\nreceiver_number = 2"), "")
+      << "the same line of the other one";
 }
 
 std::string problemOfFrontEnd(std::string_view from, const std::string& to) {

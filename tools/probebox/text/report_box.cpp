@@ -49,6 +49,22 @@ std::string receiverText(const messages::ReceiverStatus& r) {
   return all;
 }
 
+std::string secondReceiverText(const messages::SecondReceiverStatus& r) {
+  std::string all{messages::nameOf(r.state)};
+  const bool is_good = r.state == ClockState::locked || r.state == ClockState::holdover;
+  if (is_good)
+    all +=
+        ", sigma " + readableNs(r.sigma_ns) + printed(" among the first's samples, %+.3f ppm", r.frequency_ppb * 1e-3);
+  all += ", " + to_string(r.samples) + " samples, " + to_string(r.missing) + " missing, " + to_string(r.unstamped) +
+         " without a time; sync edges: " + to_string(r.matched) + " on both, " + to_string(r.unmatched) +
+         " on it alone, " + to_string(r.unseen) + " on the first alone, " + to_string(r.misfits) + " apart";
+  if (r.restarts > 0) all += "; " + to_string(r.restarts) + " restarts";
+  if (r.bad_packets > 0) all += ", " + to_string(r.bad_packets) + " bad packets";
+  if (r.matched == 0)
+    all += "; no sync edge has come on both: wire the sync line to both receivers, and plug both into one hub";
+  return all;
+}
+
 std::string delayOf(const messages::DelayInForce& delay) {
   if (delay.result_id == 0) return "not calibrated (probebox calibrate)";
   const auto tau = casefolder::labelOf(quantity::kTau.key);
@@ -220,19 +236,19 @@ std::string page(const messages::Descriptor& d) {
   return all;
 }
 
-void addFrontEnd(const messages::FrontEndStatus& front_end, std::string& all) {
+void addFrontEnd(const std::string& name, const messages::FrontEndStatus& front_end, std::string& all) {
   if (!front_end.isThere()) return;
   const auto& scale = front_end.full_scale_um;
   auto text = identityOf(front_end);
   if (!front_end.version.empty())
     text += printed(", %.2f samples/s, full scale %g %g %g um, sync out %.6g Hz", front_end.rate_hz, scale[0], scale[1],
                     scale[2], front_end.sync_out_hz);
-  all += row("front end", text);
-  if (!front_end.lacks.empty()) all += row("front end lacks", front_end.lacks);
+  all += row(name, text);
+  if (!front_end.lacks.empty()) all += row(name + " lacks", front_end.lacks);
   if (front_end.pins.empty()) return;
   std::string pins;
-  for (const auto& [name, gpio] : front_end.pins) pins += (pins.empty() ? "" : ", ") + name + " " + to_string(gpio);
-  all += row("front end pins", pins);
+  for (const auto& pin : front_end.pins) pins += (pins.empty() ? "" : ", ") + pin.name + " " + to_string(pin.gpio);
+  all += row(name + " pins", pins);
 }
 
 Json describe(const messages::Status::Answer& s) {
@@ -250,7 +266,9 @@ std::string page(const messages::Status::Answer& s) {
                                  to_string(s.clock.tick.index));
   all += row("sync edges", edgesOf(s.clock.edges));
   if (s.receiver.samples > 0) all += row("probe receiver", receiverText(s.receiver));
-  addFrontEnd(s.front_end, all);
+  addFrontEnd("front end", s.front_end, all);
+  if (s.second_receiver.samples > 0) all += row("second receiver", secondReceiverText(s.second_receiver));
+  addFrontEnd("front end 2", s.second_front_end, all);
   all += row("samples", samplesOf(s.ledger));
   all += row("events", to_string(s.events.received) + " received, " + to_string(s.events.lost) + " lost, " +
                            to_string(s.events.lost_in_queue) + " found no room in the queue, at most " +

@@ -102,15 +102,23 @@ MeasuredCheck loopBack(const messages::FrontEndStatus& front_end) {
   return check;
 }
 
-}  // namespace
-
-std::string identityOf(const messages::FrontEndStatus& front_end) {
-  return (front_end.serial_number.empty() ? "no serial number" : front_end.serial_number) + ", packets of version " +
-         std::to_string(front_end.packet_version) +
-         (front_end.version.empty() ? ", another receiver" : ", program " + front_end.version);
+// The edges that both receivers have stamped show how well their clocks go together.
+MeasuredCheck map(const messages::SecondReceiverStatus& second) {
+  constexpr double kMostOdd = 0.01;
+  const auto odd = second.unmatched + second.unseen + second.misfits;
+  const auto matched = static_cast<double>(second.matched);
+  return {"second-receiver-clock",
+          "clock of the second receiver",
+          std::string{messages::nameOf(second.state)} + ", samples within " + readableNs(second.sigma_ns) +
+              printed(" (k = 1) of the first's, %+.2f ppm, %.0f sync edges on both, %.0f on one alone or apart",
+                      1e-3 * second.frequency_ppb, matched, static_cast<double>(odd)),
+          printed("locked, at most %g of 100 edges on one alone or apart", 100 * kMostOdd),
+          verdictOf(second.state == ClockState::locked && static_cast<double>(odd) <= kMostOdd * matched),
+          "check that the sync line is wired to both receivers, that the serial numbers in box.toml are not exchanged, "
+          "and the second one's USB cable and hub"};
 }
 
-std::vector<MeasuredCheck> receiverChecks(const messages::Status::Answer& status) {
+std::vector<MeasuredCheck> firstReceiverChecks(const messages::Status::Answer& status) {
   const auto& front_end = status.front_end;
   if (!front_end.isThere()) return {};
   std::vector<MeasuredCheck> checks{program(front_end)};
@@ -122,6 +130,26 @@ std::vector<MeasuredCheck> receiverChecks(const messages::Status::Answer& status
   checks.push_back(noise(front_end));
   checks.push_back(range(front_end.inputs));
   if (!front_end.version.empty()) checks.push_back(loopBack(front_end));
+  return checks;
+}
+
+}  // namespace
+
+std::string identityOf(const messages::FrontEndStatus& front_end) {
+  return (front_end.serial_number.empty() ? "no serial number" : front_end.serial_number) + ", packets of version " +
+         std::to_string(front_end.packet_version) +
+         (front_end.version.empty() ? ", another receiver" : ", program " + front_end.version);
+}
+
+// Of the second its converter is not read.
+std::vector<MeasuredCheck> receiverChecks(const messages::Status::Answer& status) {
+  auto checks = firstReceiverChecks(status);
+  if (!status.second_front_end.isThere()) return checks;
+  auto second = program(status.second_front_end);
+  second.name = "second-front-end";
+  second.title = "second front end";
+  checks.push_back(std::move(second));
+  checks.push_back(map(status.second_receiver));
   return checks;
 }
 

@@ -142,6 +142,7 @@ TEST(BoxConfig, ReadsAxesOfAReceiverWithItsSamplesAndThoseOfTheControllerOnItsCo
   encoders[1] = board::EncoderDescription{.by = board::ControlEncoder{.counter_rate_hz = 1e6}, .rate_hz = 250};
   EXPECT_FALSE(validate(Options{}, box));
   const auto config = boxConfig(box);
+  EXPECT_FALSE(config.has_second_receiver);
   EXPECT_EQ(config.latch.axes[0].interval, Nanoseconds{250'000});
   EXPECT_EQ(config.latch.axes[1].interval, Nanoseconds{4'000'000});
   EXPECT_EQ(config.control_clock.rate_hz, 1e6);
@@ -161,6 +162,26 @@ TEST(BoxConfig, ReadsAxesOfAReceiverWithItsSamplesAndThoseOfTheControllerOnItsCo
   EXPECT_EQ(wired[2]->axis, 0);
   EXPECT_FALSE(wired[2]->has_index) << "the primary axis alone says nothing of the sum";
   EXPECT_FALSE(wired[0] || wired[1]);
+}
+
+TEST(BoxConfig, GivesEachOfTwoReceiversItsAxesAndBothTheSyncLine) {
+  const auto loaded = board::loadDirectory(PROBEBOX_BOARDS "/front-end/eight-axes");
+  ASSERT_TRUE(loaded.ok()) << loaded.error().what;
+  const auto& box = *loaded;
+  EXPECT_FALSE(validate(Options{}, box));
+  EXPECT_TRUE(boxConfig(box).has_second_receiver);
+  const auto first = counterAxes(box, 0), second = counterAxes(box, 1);
+  std::string letters;
+  for (const auto& counters : {first, second})
+    for (const auto& counter : counters)
+      if (counter) letters += usb_probe::letterOf(*counter);
+  EXPECT_EQ(letters, "XUZWYABC");
+  EXPECT_EQ(wiredLines(box.box, 0)[0]->line, 0);
+  EXPECT_EQ(wiredLines(box.box, 1)[0]->role, LineRole::sync);
+  EXPECT_EQ(wiredLines(box.box, 1)[0]->line, 1) << "counted by itself";
+  EXPECT_FALSE(wiredLines(box.box, 1)[1]);
+  EXPECT_GT(frontEndSettings(box, 0).value()->sync_out_steps, 0U);
+  EXPECT_EQ(frontEndSettings(box, 1).value()->sync_out_steps, 0U) << "two would drive one line";
 }
 
 TEST(BoxConfig, LetsTheAnglesOfAControllerBeginAgainWithEachTurnAndThoseOfNoCounter) {
