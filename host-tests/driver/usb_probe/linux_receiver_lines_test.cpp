@@ -39,6 +39,34 @@ TEST_F(ReceiverWithLines, GivesTheirEdgesAndTellsOnceThatItWentWithThem) {
   EXPECT_THAT(lost, testing::ElementsAre(Source::probe, Source::sync, Source::trigger));
 }
 
+// The probe and the master clock's edges are on the first: the second goes without them.
+TEST_F(ReceiverWithLines, AsTheSecondHasNeitherAProbeNorTheClock) {
+  bus_->plug(kReceiver);
+  lines_[0]->line = 1;
+  LinuxReceiver source{"RX-7", {.lines = lines_, .number = 1}};
+  EXPECT_EQ(source.name(), "second receiver usb:RX-7");
+  read(source);
+  device_.edge(ReceiverLine::sync, true, monoTime(700'000));
+  device_.setFaults(bitOf(ReceiverFault::converter_silent) | bitOf(ReceiverFault::edges_lost));
+  send(packets(1));
+  std::vector<Event> events = read(source);
+  EXPECT_EQ(source.faults(), bitOf(ReceiverFault::edges_lost)) << "it needs no converter";
+  bus_->unplug("1-3");
+  for (int round = 0; round < 5; ++round)
+    for (const auto& event : read(source)) events.push_back(event);
+  std::vector<Source> lost;
+  for (const auto& event : events) {
+    if (const auto* const edge = std::get_if<CountedEdge>(&event)) {
+      EXPECT_EQ(edge->receiver, 1);
+    }
+    if (const auto* const sample = std::get_if<CountedDeflection>(&event)) {
+      EXPECT_EQ(sample->receiver, 1);
+    }
+    if (const auto* const one = std::get_if<SourceLost>(&event)) lost.push_back(one->source);
+  }
+  EXPECT_THAT(lost, testing::ElementsAre(Source::trigger));
+}
+
 TEST_F(ReceiverWithLines, NamesAVersionThatHasNoLines) {
   device_ =
       EmulatedReceiver{{.samples_a_packet = 4}, [](Nanoseconds) { return std::array<Micrometres, 3>{}; }, monoTime(0)};
