@@ -436,6 +436,7 @@ struct Machine {
   std::string mounting;                 // where the probe sits; a result holds for one mounting
   std::array<AxisDescription, 3> axes;  // X, Y, Z
   bool has_y{true};                     // false: a lathe of X and Z, whose Y stands at 0
+  bool has_second_spindle{};            // a sub-spindle, whose chuck faces the main one
   std::array<std::optional<SecondaryAxisDescription>, 3> secondary_axes;
   std::array<std::optional<ScrewDescription>, 3> screws;
   Programming x_programming{Programming::radius};

@@ -507,6 +507,7 @@ Machine readMachine(Section& root) {
   machine.x_programming =
       identity.choice("x_programming", {"radius", "diameter"}, 0) == 0 ? Programming::radius : Programming::diameter;
   machine.has_y = identity.choice("axes", {"XYZ", "XZ"}, 0) == 0;
+  machine.has_second_spindle = identity.flag("second_spindle", false);
   identity.finish();
 
   readAxes(root.section("axis"), machine);

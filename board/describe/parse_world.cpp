@@ -149,6 +149,7 @@ World readWorld(Section& root) {
   world.cylinder = readIfThere<WorldCylinder>(root, "gauge_cylinder");
   world.cube = readIfThere<WorldCube>(root, "gauge_cube");
   if (auto section = root.sectionIfThere("part_spindle")) world.part_spindle = readPartSpindle(std::move(*section));
+  if (auto section = root.sectionIfThere("second_spindle")) world.second_spindle = readPartSpindle(std::move(*section));
   if (auto section = root.sectionIfThere("tilting_table"))
     world.tilting_table = readSwing<WorldTiltingTable>(std::move(*section));
   if (auto section = root.sectionIfThere("swivel_head"))

@@ -552,6 +552,7 @@ struct World {
   std::optional<WorldCylinder> cylinder;
   std::optional<WorldCube> cube;
   WorldPartSpindle part_spindle;
+  std::optional<WorldPartSpindle> second_spindle;  // faces the other one
   std::optional<WorldTiltingTable> tilting_table;
   std::optional<WorldSwivelHead> swivel_head;
   WorldProbeSpindle probe_spindle;

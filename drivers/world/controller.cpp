@@ -40,12 +40,12 @@ bool canBeFollowed(const Prompt& prompt) {
   if (movesOneAxis(prompt.kind)) return isDirection(prompt.outward_normal) && isTravel(prompt.travel_mm) && timed;
   const bool turnable = std::isfinite(norm(prompt.rotary_angles_rad)) &&
                         (prompt.rotary_angles_rad[1] == 0 || prompt.b_moves != BMoves::nothing);
-  const bool is_part = prompt.feature == StepFeature::part_ball;
+  const bool is_part = prompt.feature == StepFeature::part_ball || prompt.feature == StepFeature::second_part_ball;
   if (is_part && (prompt.ball < 1 || prompt.ball > board::WorldPartSpindle::kMostBalls)) return false;
   if (prompt.kind == StepKind::turn) {
     const bool turned = std::isfinite(prompt.turn_line_rad) && std::isfinite(prompt.turn_to_rad);
     return isDirection(prompt.outward_normal) && isTravel(prompt.travel_mm) && isLength(prompt.overtravel_mm) &&
-           turnable && turned && prompt.turn_speed_rad_s > 0 && is_part;
+           turnable && turned && prompt.turn_speed_rad_s > 0 && prompt.feature == StepFeature::part_ball;
   }
   if (prompt.kind == StepKind::hold)
     return isDirection(prompt.outward_normal) && prompt.travel_mm >= 0 && prompt.travel_mm < 10 && turnable && timed;
@@ -65,9 +65,14 @@ bool canBeFollowed(const Prompt& prompt) {
 // The box publishes its state a moment after it has answered a marker.
 constexpr Nanoseconds kPublishing = std::chrono::milliseconds{500};
 
-// As the controller tells them: A B C.
-Vector3 anglesOf(const Pose& pose) {
-  return {pose.a_rad, pose.head_rad != 0 ? pose.head_rad : pose.table_rad, pose.c_rad};
+bool isAtSecond(const Prompt& step) {
+  return step.feature == StepFeature::second_part_ball;
+}
+
+// As the controller tells them: A B C, where C is that of the chuck of the step.
+Vector3 anglesOf(const Pose& pose, const Prompt& step) {
+  return {pose.a_rad, pose.head_rad != 0 ? pose.head_rad : pose.table_rad,
+          isAtSecond(step) ? pose.second_c_rad : pose.c_rad};
 }
 
 }  // namespace
@@ -213,7 +218,8 @@ bool Controller::knows(const Prompt& prompt) const {
   const auto& known = config_.known;
   if (prompt.b_moves == BMoves::table && !known.tilting_table) return false;
   if (prompt.b_moves == BMoves::head && !known.swivel_head) return false;
-  if (prompt.mount > 1 + known.part_spindle.further_mounts.size()) return false;
+  const auto& turned = isAtSecond(prompt) && known.second_spindle ? *known.second_spindle : known.part_spindle;
+  if (prompt.mount > 1 + turned.further_mounts.size()) return false;
   const auto& first = known.probe_spindle;
   const bool has_tool =
       prompt.tool == first.tool ||
@@ -234,19 +240,23 @@ bool Controller::knows(const Prompt& prompt) const {
       return known.cube.has_value();
     case StepFeature::part_ball:
       return prompt.ball >= 1 && prompt.ball <= known.part_spindle.balls_mm.size();
+    case StepFeature::second_part_ball:
+      return known.second_spindle && prompt.ball >= 1 && prompt.ball <= known.second_spindle->balls_mm.size();
     case StepFeature::tool_setter:
       return known.tool_setter.has_value();
   }
   return false;
 }
 
-// B stands at zero wherever it moves nothing.
+// B stands at zero wherever it moves nothing, and C turns one of the chucks: the other one stays.
 Pose Controller::pose() const {
   const auto& [a, b, c] = step_.rotary_angles_rad;
+  const bool second = isAtSecond(step_);
   return {.a_rad = a,
           .head_rad = step_.b_moves == BMoves::head ? b : 0,
           .table_rad = step_.b_moves == BMoves::table ? b : 0,
-          .c_rad = c};
+          .c_rad = second ? machine_.commandedPose().c_rad : c,
+          .second_c_rad = second ? c : machine_.commandedPose().second_c_rad};
 }
 
 // A step that says nothing about it is done with the first.
@@ -313,7 +323,7 @@ void Controller::post(MarkerPhase phase, Activity waiting) {
   marker_ = Marker{.procedure = step_.run,
                    .step = step_.step,
                    .phase = phase,
-                   .rotary_angles_rad = anglesOf(machine_.commandedPose()),
+                   .rotary_angles_rad = anglesOf(machine_.commandedPose(), step_),
                    .tool = machine_.tool(),
                    .nominal_speed_mm_s = step_.nominal_speed_mm_s,
                    .at_rest = machine_.atRest(now_),

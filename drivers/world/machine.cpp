@@ -24,7 +24,8 @@ Machine::Machine(const Config& config, std::uint64_t seed)
       solids_{config},
       stylus_{config, body_sway_},
       random_{seed, RandomStream::machine},
-      mounts_{1 + config.part_spindle.further_mounts.size()} {
+      mounts_{1 + std::max(config.part_spindle.further_mounts.size(),
+                           config.second_spindle ? config.second_spindle->further_mounts.size() : 0)} {
   probe_spindle_.direction = unit(probe_spindle_.direction);
   head_.direction = unit(head_.direction);
   tool_ = toolOf(probe_spindle_.tool);
@@ -32,6 +33,7 @@ Machine::Machine(const Config& config, std::uint64_t seed)
   stands_.c_rad = stopAt(0, rotary_.noise_rad);
   if (config.tilting_table) stands_.table_rad = stopAt(0, rotary_.noise_rad);
   if (config.swivel_head) stands_.head_rad = stopAt(0, head_.noise_rad);
+  if (config.second_spindle) stands_.second_c_rad = stopAt(0, rotary_.noise_rad);
   hold_ = holdAt(stands_, tool_);
   solids_.turnPart(stands_.part());
   standFrom(MonoTime::min());
@@ -155,6 +157,7 @@ double Machine::armOf(const Vector3& point) const {
 void Machine::turn(const Pose& pose, MonoTime from, MonoTime until) {
   if (pose.a_rad != commanded_.a_rad) stands_.a_rad = stopAt(pose.a_rad, rotary_.noise_rad);
   if (pose.c_rad != commanded_.c_rad) stands_.c_rad = stopAt(pose.c_rad, rotary_.noise_rad);
+  if (pose.second_c_rad != commanded_.second_c_rad) stands_.second_c_rad = stopAt(pose.second_c_rad, rotary_.noise_rad);
   if (pose.table_rad != commanded_.table_rad) stands_.table_rad = stopAt(pose.table_rad, rotary_.noise_rad);
   if (pose.head_rad != commanded_.head_rad) stands_.head_rad = stopAt(pose.head_rad, head_.noise_rad);
   standAt(pose, from, until);

@@ -33,12 +33,20 @@ Vector3 tipIn(const board::World& known, std::uint32_t tool, const Pose& pose) {
   return hanging + swung + Vector3{0, 0, known.probe_spindle.stylus_length_mm};
 }
 
+// From the point of its spindle, at C = 0.
+Vector3 describedBall(const board::WorldPartSpindle& part, const Prompt& step) {
+  const Vector3& at = part.balls_mm.at(step.ball - 1U);
+  return step.mount > 1 ? inMount(part.further_mounts.at(step.mount - 2U), at) : at;
+}
+
+Vector3 ballOfTheSecond(const board::WorldPartSpindle& part, const Prompt& step, const Pose& pose) {
+  return part.point_mm + rotation({0, 0, 1}, pose.second_c_rad) * describedBall(part, step);
+}
+
 Vector3 ballOfThePart(const board::World& known, const Prompt& step, const Pose& pose) {
   const auto& part = known.part_spindle;
   const auto table = known.tilting_table.value_or(board::WorldTiltingTable{});
-  const Vector3& as_described = part.balls_mm.at(step.ball - 1U);
-  const Vector3 at = step.mount > 1 ? inMount(part.further_mounts.at(step.mount - 2U), as_described) : as_described;
-  const Vector3 level = part.point_mm + rotation({0, 0, 1}, pose.c_rad) * at;
+  const Vector3 level = part.point_mm + rotation({0, 0, 1}, pose.c_rad) * describedBall(part, step);
   return table.point_mm + rotation(nominal(table.direction), pose.table_rad) * (level - table.point_mm);
 }
 
@@ -46,12 +54,19 @@ Vector3 ballOfThePart(const board::World& known, const Prompt& step, const Pose&
 Place aroundBall(const ControllerConfig& config, const Prompt& step, const Pose& pose, const Vector3& touching) {
   const auto& known = config.known;
   const bool of_part = step.feature == StepFeature::part_ball, by_shank = step.shank_height_mm != 0;
-  const Vector3 ball = of_part ? ballOfThePart(known, step, pose) : known.sphere.centre_mm;
+  const auto* second =
+      step.feature == StepFeature::second_part_ball && known.second_spindle ? &*known.second_spindle : nullptr;
+  const Vector3 ball = second != nullptr ? ballOfTheSecond(*second, step, pose)
+                       : of_part         ? ballOfThePart(known, step, pose)
+                                         : known.sphere.centre_mm;
   // A sensor head comes over its ball from above.
   if (step.kind == StepKind::hold) return {Place::Shape::gap, ball - touching, 0, {}};
   const auto& shank = known.probe_spindle.shank;
   const double touching_radius_mm = by_shank && shank ? shank->radius_mm : known.sphere.stylus_ball_radius_mm;
-  const double surface_mm = (of_part ? known.part_spindle.ball_radius_mm : known.sphere.radius_mm) + touching_radius_mm;
+  const double radius_mm = second != nullptr ? second->ball_radius_mm
+                           : of_part         ? known.part_spindle.ball_radius_mm
+                                             : known.sphere.radius_mm;
+  const double surface_mm = radius_mm + touching_radius_mm;
   return {
       by_shank ? Place::Shape::beside : Place::Shape::round, ball - touching, surface_mm + config.safe_distance_mm, {}};
 }
@@ -121,6 +136,7 @@ Place anywhere(const ControllerConfig& config, const Prompt& step, std::uint32_t
       return aroundSetter(config, tool, tip);
     case StepFeature::datum_sphere:
     case StepFeature::part_ball:
+    case StepFeature::second_part_ball:
       break;
   }
   // The shank is above the tip along the tool.

@@ -36,6 +36,7 @@ inline ControllerConfig controllerFor(const board::World& truth, const Vector3& 
   auto& known = config.known;
   known.sphere.centre_mm = truth.sphere.centre_mm + error_mm;
   known.part_spindle.point_mm = truth.part_spindle.point_mm + error_mm;
+  if (known.second_spindle) known.second_spindle->point_mm = truth.second_spindle->point_mm + error_mm;
   for (auto& plates : known.plates) {
     if (plates) plates->middle_mm = plates->middle_mm + error_mm;
   }

@@ -107,11 +107,13 @@ std::optional<Meeting> SolidRing::meet(const Move& way, double from_mm) const {
 
 Solids::Solids(const Config& config)
     : spindle_{config.part_spindle},
+      second_{config.second_spindle.value_or(board::WorldPartSpindle{})},
       table_{config.tilting_table.value_or(board::WorldTiltingTable{})},
       sphere_radius_mm_{config.sphere.radius_mm},
       sphere_{config.sphere.centre_mm, config.sphere.radius_mm + config.sphere.stylus_ball_radius_mm},
       setter_{config.tool_setter} {
   spindle_.direction = unit(spindle_.direction);
+  second_.direction = unit(second_.direction);
   table_.direction = unit(table_.direction);
   const double reach_mm = config.sphere.stylus_ball_radius_mm;
   for (std::size_t axis = 0; axis < config.plates.size(); ++axis) {
@@ -122,7 +124,7 @@ Solids::Solids(const Config& config)
   if (const auto& cube = config.cube) blocks_.at(block_count_++) = blockOf(cube->middle_mm, cube->edges_mm, reach_mm);
   if (config.cylinder) ring_ = ringOf(*config.cylinder, reach_mm);
   if (setter_) setter_for_stylus_ = grown(*setter_, {reach_mm, reach_mm, reach_mm});
-  for (auto& ball : part_) ball.reach_mm = spindle_.ball_radius_mm + reach_mm;
+  for (std::size_t i = 0; i < ballCount(); ++i) part_[i].reach_mm = radiusOf(i) + reach_mm;
   turnPart({});
 }
 
@@ -133,13 +135,17 @@ Vector3 Solids::partPoint(const Vector3& at_zero, const PartPose& pose) const {
 }
 
 Vector3 Solids::ballAt(std::size_t ball, const PartPose& pose) const {
-  const Vector3& as_described = spindle_.balls_mm[ball];
-  const Vector3 at = mount_ > 1 ? inMount(spindle_.further_mounts.at(mount_ - 2), as_described) : as_described;
-  return partPoint(spindle_.point_mm + at, pose);
+  const std::size_t of_first = spindle_.balls_mm.size();
+  const bool second = ball >= of_first;
+  const auto& spindle = second ? second_ : spindle_;
+  Vector3 at = spindle.balls_mm[second ? ball - of_first : ball];
+  if (mount_ > 1 && mount_ - 2 < spindle.further_mounts.size()) at = inMount(spindle.further_mounts[mount_ - 2], at);
+  if (second) return spindle.point_mm + turnedBy(spindle.direction, pose.second_c_rad, spindle.errors, at);
+  return partPoint(spindle.point_mm + at, pose);
 }
 
 void Solids::turnPart(const PartPose& pose) {
-  for (std::size_t i = 0; i < spindle_.balls_mm.size(); ++i) part_[i].centre = ballAt(i, pose);
+  for (std::size_t i = 0; i < ballCount(); ++i) part_[i].centre = ballAt(i, pose);
 }
 
 std::optional<Meeting> Solids::meet(const Move& way, double from_mm, const std::optional<Shank>& shank) const {
@@ -148,11 +154,10 @@ std::optional<Meeting> Solids::meet(const Move& way, double from_mm, const std::
   nearest.consider(sphere_.meet(way));
   for (std::size_t i = 0; i < block_count_; ++i) nearest.consider(blocks_[i].meet(way));
   if (ring_) nearest.consider(ring_->meet(way, from_mm));
-  for (std::size_t i = 0; i < spindle_.balls_mm.size(); ++i) nearest.consider(part_[i].meet(way));
+  for (std::size_t i = 0; i < ballCount(); ++i) nearest.consider(part_[i].meet(way));
   if (!shank) return nearest.found;
   nearest.consider(shank->meet(way, sphere_.centre, sphere_radius_mm_));
-  for (std::size_t i = 0; i < spindle_.balls_mm.size(); ++i)
-    nearest.consider(shank->meet(way, part_[i].centre, spindle_.ball_radius_mm));
+  for (std::size_t i = 0; i < ballCount(); ++i) nearest.consider(shank->meet(way, part_[i].centre, radiusOf(i)));
   return nearest.found;
 }
 
@@ -170,8 +175,8 @@ std::optional<Meeting> Solids::metBy(const Move& way, const SolidBlock& setter) 
 }
 
 BallCentres Solids::ballCentres() const {
-  BallCentres balls{.centres = {sphere_.centre}, .count = 1 + spindle_.balls_mm.size()};
-  for (std::size_t i = 0; i < spindle_.balls_mm.size(); ++i) balls.centres[1 + i] = part_[i].centre;
+  BallCentres balls{.centres = {sphere_.centre}, .count = 1 + ballCount()};
+  for (std::size_t i = 0; i < ballCount(); ++i) balls.centres[1 + i] = part_[i].centre;
   return balls;
 }
 
@@ -180,8 +185,8 @@ bool Solids::occupied(const Vector3& point, const PartPose& pose, const std::opt
     return norm(point - ball) < reach_mm || (shank && shank->strikes(point, ball, radius_mm));
   };
   if (struck(sphere_.centre, sphere_.reach_mm, sphere_radius_mm_)) return true;
-  for (std::size_t i = 0; i < spindle_.balls_mm.size(); ++i) {
-    if (struck(ballAt(i, pose), part_[i].reach_mm, spindle_.ball_radius_mm)) return true;
+  for (std::size_t i = 0; i < ballCount(); ++i) {
+    if (struck(ballAt(i, pose), part_[i].reach_mm, radiusOf(i))) return true;
   }
   return false;
 }

@@ -63,7 +63,7 @@ struct SolidRing {
 
 // The datum sphere first.
 struct BallCentres {
-  std::array<Vector3, 1 + board::WorldPartSpindle::kMostBalls> centres{};
+  std::array<Vector3, 1 + 2 * board::WorldPartSpindle::kMostBalls> centres{};
   std::size_t count{};
 };
 
@@ -71,6 +71,7 @@ struct BallCentres {
 struct PartPose {
   double c_rad{};
   double tilt_rad{};
+  double second_c_rad{};  // of the second spindle, which no table carries
 };
 
 // Holds everything that the stylus can touch, with the part in one pose. True points turn about true axes: no formula
@@ -99,7 +100,12 @@ class Solids {
   Vector3 ballAt(std::size_t ball, const PartPose& pose) const;
   std::optional<Meeting> metBy(const Move& way, const SolidBlock& setter) const;
 
-  board::WorldPartSpindle spindle_;
+  std::size_t ballCount() const { return spindle_.balls_mm.size() + second_.balls_mm.size(); }
+  double radiusOf(std::size_t ball) const {
+    return ball < spindle_.balls_mm.size() ? spindle_.ball_radius_mm : second_.ball_radius_mm;
+  }
+
+  board::WorldPartSpindle spindle_, second_;  // the second one without balls where there is none
   std::size_t mount_{1};
   board::WorldTiltingTable table_;
   double sphere_radius_mm_;
@@ -107,7 +113,7 @@ class Solids {
   std::array<SolidBlock, 7> blocks_{};  // plates across X, Y, Z, and a cube
   std::size_t block_count_{};
   std::optional<SolidRing> ring_;
-  std::array<SolidBall, board::WorldPartSpindle::kMostBalls> part_{};
+  std::array<SolidBall, 2 * board::WorldPartSpindle::kMostBalls> part_{};  // those of the second spindle last
   std::optional<board::WorldToolSetter> setter_;
   SolidBlock setter_for_stylus_;
 };

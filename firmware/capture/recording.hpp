@@ -77,6 +77,7 @@ struct TouchRequest {
   bool swivels{};        // B turns the probe, and not the part
   ScanPath scan{};       // of a scan, in contact between its markers; without arcs for another step
   std::optional<TurnOfC> until_contact{};
+  std::uint8_t spindle{};  // 2: the second chuck turns the ball
 };
 
 // One recorded touch: the ranges of its rows, and the clock map for all of its stamps. Machine and probe share one map,

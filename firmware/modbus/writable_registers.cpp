@@ -78,6 +78,7 @@ std::optional<WriteRefusal> WritableRegisters::check(const Words& words) {
   if (words[address::request_axis] > 6) return refuse("the axis is 0 to 6");
   if (words[address::request_contacts] > 1) return refuse("contacts is 0 or 1");
   if (words[address::request_what] > 4) return refuse("a request is 1 start, 2 abort, 3 or 4 accept");
+  if (words[address::request_spindle] > 2) return refuse("there are two chucks at most");
   if (words[address::request_mounts] > 255) return refuse("there are up to 255 mounts");
   return std::nullopt;
 }
@@ -166,6 +167,7 @@ ControllerRequest WritableRegisters::controllerRequest() const {
   options.shank = words_[address::request_read_by] == 2;
   options.stations = words_[address::request_stations];
   options.mounts = static_cast<std::uint8_t>(words_[address::request_mounts]);
+  options.spindle = static_cast<std::uint8_t>(words_[address::request_spindle]);
   options.contacts = words_[address::request_contacts] != 0;
   return controller_request;
 }

@@ -50,7 +50,7 @@ std::optional<Failure> otherBinding(const Values& values, Id id, const Binding& 
 
 // One pair of registers, two quantities: a chuck turns about an axis of its own, or is carried by the slide.
 std::optional<Failure> whyBeside(const Ledger& ledger, const Values& values, const std::string& subject) {
-  const bool is_spindle = isAbout(subject, SubjectKind::centreline);
+  const bool is_spindle = subject == text(Subject{SubjectKind::centreline});
   if (!is_spindle && !isAbout(subject, SubjectKind::centreline_slide)) return std::nullopt;
   const auto other = withSubject(values.here, {is_spindle ? SubjectKind::centreline_slide : SubjectKind::centreline});
   const auto* beside = ledger.inForce(other);
@@ -139,6 +139,8 @@ void accept(const Ledger& ledger, const Entry& entry, const std::string& by, con
 
 // --- The centreline from the spindle's axis, of one from a tip and the offset of that tip.
 
+constexpr std::array kChucks{0U, kSecondSpindle};
+
 struct SumParts {
   const Entry* from_tip{};
   const Entry* offset{};
@@ -147,8 +149,9 @@ struct SumParts {
   std::string by;
 };
 
-std::optional<SumParts> sumParts(const Ledger& ledger, const Values& values) {
-  const auto* from_tip = ledger.inForce(withSubject(values.here, {SubjectKind::centreline_tip}));
+// of: the chuck, as in Subject.
+std::optional<SumParts> sumParts(const Ledger& ledger, const Values& values, std::uint32_t of) {
+  const auto* from_tip = ledger.inForce(withSubject(values.here, {SubjectKind::centreline_tip, of}));
   const auto record = values.recordOf(from_tip);
   if (!record) return std::nullopt;
   const auto* offset = stylusOffset(ledger, values, values.probe_tool(*record));
@@ -181,12 +184,13 @@ Record proposedRecord(Id id, const store::Proposal& proposal) {
 // yet; otherwise it is proposed. Each pair has one sum, and none where a person has changed what is in force about the
 // turning axis since the pair came together. Where a cut lets the part of this decision wait, the sum is none until the
 // part comes into force.
-void addSum(const Ledger& ledger, const Values& values, const std::string& by, const Cut& cut, Decision& decision) {
-  const auto parts = sumParts(ledger, values);
+void addSumOf(std::uint32_t chuck, const Ledger& ledger, const Values& values, const std::string& by, const Cut& cut,
+              Decision& decision) {
+  const auto parts = sumParts(ledger, values, chuck);
   if (!parts) return;
-  const auto spindle = withSubject(values.here, {SubjectKind::centreline});
+  const auto spindle = withSubject(values.here, {SubjectKind::centreline, chuck});
   const auto slide = withSubject(values.here, {SubjectKind::centreline_slide});
-  const auto decided = std::max(ledger.decided(spindle), ledger.decided(slide));
+  const auto decided = std::max(ledger.decided(spindle), chuck == 0 ? ledger.decided(slide) : 0);
   // One that waits was accepted by a person, unless it is itself a sum with this tip.
   const auto* waiting = ledger.waiting(spindle);
   const bool is_free = ledger.inForce(spindle) == nullptr &&
@@ -226,6 +230,15 @@ void addSum(const Ledger& ledger, const Values& values, const std::string& by, c
   constexpr const char* kWaits = "waits for the end of the cut.";
   decision.notes.push_back(what + (cut.on ? kWaits : "is in force."));
   if (!is_with_part) decision.notes_if_it_waits.push_back(what + kWaits);
+}
+
+// An offset of a stylus may belong to the sums of both chucks; a decision proposes one result, and the other sum is
+// made as one that is missing.
+void addSum(const Ledger& ledger, const Values& values, const std::string& by, const Cut& cut, Decision& decision) {
+  for (const auto chuck : kChucks) {
+    addSumOf(chuck, ledger, values, by, cut, decision);
+    if (decision.proposal) return;
+  }
 }
 
 bool isPartOfSum(const Entry& entry) {
@@ -364,7 +377,10 @@ Outcome<Decision, Failure> decided(const Ledger& ledger, const Values& values, c
 
 Outcome<Decision, Failure> decided(const Ledger& ledger, const Values& values, const MakeMissingSum&, const Cut& cut) {
   Decision decision;
-  if (const auto parts = sumParts(ledger, values); parts && !cut.on) addSum(ledger, values, parts->by, cut, decision);
+  for (const auto chuck : kChucks) {
+    const auto parts = sumParts(ledger, values, chuck);
+    if (parts && !cut.on && !decision.proposal) addSumOf(chuck, ledger, values, parts->by, cut, decision);
+  }
   return decision;
 }
 

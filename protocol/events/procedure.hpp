@@ -62,6 +62,7 @@ struct ProcedureOptions {
   double c_on_line_rad{};
   std::uint16_t stations{};
   std::uint8_t mounts{};
+  std::uint8_t spindle{};
   std::uint8_t faces{};
   double reach_mm{};
   double contact_beside_mm{};
@@ -101,6 +102,7 @@ struct ProcedureOptions {
     field("mounts", self.mounts,
           "in how many mounts the plate is read, for rotary-axis-errors, or in how many clampings the ball, for "
           "centreline-x; 0: the method's own");
+    field("spindle", self.spindle, "2: the second chuck, for the methods of a turning axis; 0 or 1: the main one");
     field("contacts", self.contacts,
           "1: C turns until the ball touches the stylus on either side, before everything else, for "
           "centreline-by-steps");

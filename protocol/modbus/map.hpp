@@ -82,6 +82,7 @@ enum : std::uint16_t {
   request_stations = 820,
   request_mounts = 821,
   request_contacts = 830,
+  request_spindle = 831,
   request_of = 834,
   request_what = 836,
   request_commit = 837,

@@ -128,6 +128,8 @@ constexpr std::array kProcedureRegisters = std::to_array<Register>({
      "method's own"},
     {address::request_contacts, "request: contacts", u16, 1, "", write,
      "1: C turns until the ball touches the stylus on either side, before everything else"},
+    {address::request_spindle, "request: spindle", u16, 1, "", write,
+     "2: the second chuck, for the methods of a turning axis; 0 or 1: the main one"},
     {address::request_of, "request: run or result", u32, 1, "", write,
      "for abort the run (0: whichever is in progress), for accept the result; register 102 has the last one's"},
     {address::request_what, "request: what", u16, 1, "", write,
@@ -174,7 +176,7 @@ constexpr std::array kProcedureRegisters = std::to_array<Register>({
      of<&Snapshot::step, &StepNow::kind>},
     {address::step_feature, "step: feature", u16, 1, "", read,
      "0 datum sphere, 1 plates across the axis of the normal, 2 ball on the part, 3 tool-setting device, 4 datum "
-     "cylinder, 5 datum cube",
+     "cylinder, 5 datum cube, 6 ball in the second chuck, whose angle of C register 892 then has",
      of<&Snapshot::step, &StepNow::feature>},
     {854, "step: side", u16, 1, "", read,
      "1 +X, 2 -X, 3 +Y, 4 -Y, 5 +Z, 6 -Z: the machine axis next to the normal of register 864", side},

@@ -8,6 +8,12 @@ namespace {
 using enum ValueUnit;
 
 constexpr BlockValue kFromTip[]{{"X", mm, {{{result_key::kCentre, 0}}}}, {"Y", mm, {{{result_key::kCentre, 1}}}}};
+// Where C was read at one height alone there is no slope, and of a lathe of X and Z no Y.
+constexpr BlockValue kAxis[]{{"X", mm, {{{result_key::kCentre, 0}, {result_key::kCentreX, 0}}}},
+                             {"Y", mm, {{{result_key::kCentre, 1}}}},
+                             {"X over Z", rad, {{{result_key::kCTilt, 0}, {result_key::kCTiltX, 0}}}},
+                             {"Y over Z", rad, {{{result_key::kCTilt, 1}}}},
+                             {"reference Z", mm, {{{result_key::kMeanHeight, 0}}}}};
 constexpr BlockValue kOffset[]{{"X", mm, {{{result_key::kOffsetCMinusA, 0}}}},
                                {"Y", mm, {{{result_key::kOffsetCMinusA, 1}}}}};
 constexpr BlockValue kSpindleTilt[]{{"X over Z", rad, {{{result_key::kSpindleTilt, 0}}}},
@@ -50,6 +56,12 @@ constexpr std::string_view kPivotMeans =
 constexpr ResultBlock kBlocks[]{
     {"centreline-stylus", 180, "turning axis from the tip", kFromTip,
      "turning axis C from the stylus' tip at A = 0; no centreline until an offset of the same stylus is in force",
+     false},
+    {"centreline-2", 360, "second turning axis", kAxis,
+     "turning axis of the second chuck at its reference Z, as the main one's from register 160 on; published, never "
+     "summed",
+     false},
+    {"centreline-stylus-2", 384, "second turning axis from the tip", kFromTip, "as register 180, of the second chuck",
      false},
     {"spindle-offset", 400, "spindle offset", kOffset, "turning axis C less spindle axis A"},
     {"spindle-tilt", 416, "spindle tilt", kSpindleTilt, "of the spindle axis A"},

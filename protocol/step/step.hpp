@@ -43,6 +43,7 @@ enum class StepFeature : std::uint8_t {
   tool_setter = 3,
   cylinder = 4,  // along Z: a pin from around, a bore from within
   cube = 5,
+  second_part_ball = 6,  // in the second chuck, which C turns
 };
 
 // The part that B moves: the table with the part, or the head with the probe.
@@ -63,7 +64,8 @@ constexpr std::string_view nameOf(StepKind kind) {
   return detail::nameIn({"touch", "in_out", "jog", "sweep", "hold", "rest", "scan", "turn"}, kind);
 }
 constexpr std::string_view nameOf(StepFeature feature) {
-  return detail::nameIn({"datum_sphere", "plates", "part_ball", "tool_setter", "cylinder", "cube"}, feature);
+  return detail::nameIn({"datum_sphere", "plates", "part_ball", "tool_setter", "cylinder", "cube", "second_part_ball"},
+                        feature);
 }
 constexpr std::string_view nameOf(BMoves moves) {
   return detail::nameIn({"nothing", "table", "head"}, moves);

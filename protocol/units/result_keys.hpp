@@ -7,6 +7,10 @@
 namespace probebox::result_key {
 
 inline constexpr std::string_view kCentre = "centre_mm";
+inline constexpr std::string_view kCentreX = "centre_x_mm";
+inline constexpr std::string_view kCTilt = "C_tilt_rad";
+inline constexpr std::string_view kCTiltX = "C_tilt_x_rad";
+inline constexpr std::string_view kMeanHeight = "mean_z_mm";
 inline constexpr std::string_view kOffsetCMinusA = "offset_C_minus_A_mm";
 inline constexpr std::string_view kSpindleTilt = "A_tilt_rad";
 inline constexpr std::string_view kPivotXz = "pivot_xz_mm", kPivotYz = "pivot_yz_mm", kPivotXy = "pivot_xy_mm";

@@ -196,6 +196,10 @@ std::optional<Error> whyUnknown(const Step& step, const Setting& setting) {
       if (step.b_moves == procedure::BMoves::table && !setting.table_axis_mm)
         return missing("the axis of the tilting table", "--table-axis X,Y,Z, a point of it");
       break;
+    case Feature::second_part_ball:
+      return Error{
+          "A program does not know where the second chuck is: let the control read its steps from the box "
+          "(docs/integrator.md)."};
     case Feature::datum_sphere:
       break;
   }

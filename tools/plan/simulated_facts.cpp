@@ -140,6 +140,7 @@ procedure::Facts factsOf(const SetUp& set_up, std::uint32_t tool) {
   constexpr double kFoundBy_rad = 0.01;  // how far off the line the ball is found by eye
   procedure::Facts facts{
       .has_y = set_up.has_y,
+      .has_second_spindle = true,
       .sphere_diameter_mm = set_up.sphere_diameter_mm,
       .gaps = {{procedure::KnownSize{set_up.gaps_mm[0]}, procedure::KnownSize{set_up.gaps_mm[1]},
                 procedure::KnownSize{set_up.gaps_mm[2]}}},

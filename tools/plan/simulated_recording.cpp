@@ -312,6 +312,7 @@ Vector3d SimulatedRecording::surfaceOf(const procedure::Step& step) const {
     case procedure::Feature::datum_sphere:
       return (by_shank ? reach_mm : touchedSphere_mm(set_up_) / 2) * n + ballOf(step) - tipOf(step);
     case procedure::Feature::part_ball:
+    case procedure::Feature::second_part_ball:
       return ballOf(step) + reach_mm * n - tipOf(step);
     case procedure::Feature::plates:
       return -(set_up_.gaps_mm.at(axisAlong(n)) - set_up_.stylus_ball_diameter_mm) / 2 * n;
@@ -342,7 +343,7 @@ Vector3d SimulatedRecording::setterFaceOf(const procedure::Step& step) const {
 
 // Middle of the ball that the step is about.
 Vector3d SimulatedRecording::ballOf(const procedure::Step& step) const {
-  if (step.feature != procedure::Feature::part_ball) return Vector3d::Zero();
+  if (!procedure::isOnPart(step.feature)) return Vector3d::Zero();
   // A carries the probe, whose stylus is straight: only C and the table move the ball.
   const Eigen::AngleAxisd turn{step.touch.rotary_angles_rad[2] + beside_rad_[2], Vector3d::UnitZ()};
   const Vector3d ball = turn * mountedAt(set_up_, step);

@@ -61,6 +61,7 @@ MethodHelp methodHelp() {
       .head = methodsWith([](const LiveMethod& method) { return !method.steps_by_head.empty(); }),
       .shank = methodsWith([](const LiveMethod& method) { return method.takesShank(); }),
       .contacts = methodsWith([](const LiveMethod& method) { return method.takes_contacts; }),
+      .spindle = methodsWith([](const LiveMethod& method) { return method.takesSpindle(); }),
       .usual_arcs = usualArcs(),
   };
 }

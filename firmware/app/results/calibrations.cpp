@@ -347,7 +347,8 @@ store::Proposal Calibrations::proposalAbout(const metrology::NamedSubject& about
   auto whole = offset ? relativeToSpindle(result, offset->value, offset->id) : std::nullopt;
   if (!whole) return {in_force_.bindingFor(subject), result, std::move(origin)};
   origin.rests_on.push_back(offset->id);
-  return {in_force_.bindingFor(text(Subject{SubjectKind::centreline})), *std::move(whole), std::move(origin)};
+  const Subject from_spindle{SubjectKind::centreline, parseSubject(subject)->of};
+  return {in_force_.bindingFor(text(from_spindle)), *std::move(whole), std::move(origin)};
 }
 
 // A case that names a result which the box does not keep, or one about something else, was measured with another store.

@@ -270,6 +270,12 @@ double typeBCovarianceOf(const metrology::Result& result, std::string_view key, 
   return sum;
 }
 
+// The core follows the main chuck alone; registers have the second one from the results in force.
+Outcome<std::vector<Event>> ofChuck(const Subject& subject, Outcome<std::vector<Event>> events) {
+  if (events && subject.of == kSecondSpindle) events->clear();
+  return events;
+}
+
 }  // namespace
 
 Outcome<procedure::CalibratedHead> calibratedHeadOf(const store::Record& record) {
@@ -355,7 +361,7 @@ Outcome<std::vector<Event>> activationOf(const store::Record& record, MonoTime n
       return delay(*result, *subject, record.id, now);
     case SubjectKind::centreline:
     case SubjectKind::centreline_slide:
-      return centreline(*result, record.id, now);
+      return ofChuck(*subject, centreline(*result, record.id, now));
     case SubjectKind::screw:
       return screw(*result, static_cast<Axis>(subject->axis()), record.id, now);
     case SubjectKind::screw_reference:
@@ -402,6 +408,7 @@ std::optional<Event> noneInForce(std::string_view name, MonoTime now) {
       return as(DelayActivated{});
     case SubjectKind::centreline:
     case SubjectKind::centreline_slide:
+      if (subject->of != 0) return std::nullopt;
       return as(CentrelineActivated{});
     case SubjectKind::screw:
       return of(ScrewActivated{}, axis);

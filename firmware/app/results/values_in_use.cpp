@@ -179,7 +179,7 @@ void addFacts(const store::Record& record, MeasuredFacts& facts) {
                              .at_mm = {offset->values[0], offset->values[1]},
                              .sd_mm = largestSd(*offset, 2)});
   }
-  if (isAbout(record.binding.subject, SubjectKind::centreline)) facts.turning_axis = turningAxisOf(record);
+  if (record.binding.subject == text(Subject{SubjectKind::centreline})) facts.turning_axis = turningAxisOf(record);
   if (isAbout(record.binding.subject, SubjectKind::pre_travel)) {
     if (const auto found = preTravelOf(record)) facts.pre_travels.push_back(*found);
   }

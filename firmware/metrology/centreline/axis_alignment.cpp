@@ -278,6 +278,7 @@ void promiseStyli(Answer& answer, const BallFit& ball, const SpindleReadings& re
 }  // namespace
 
 Outcome<Result, Refusal> solveCAxisAlignment(const Dataset& dataset) {
+  if (auto refusal = refuseSpindle(dataset)) return *refusal;
   TRY(const auto noise, statedNoise(dataset));
   TRY(const auto heights, configWord(dataset, "heights", kHeights));
   TRY(const auto table, readBallTable(dataset, {.lever = column::kZ, .same_lever_mm = kSameHeight_mm}));
@@ -347,6 +348,7 @@ constexpr MethodKey kCKeys[]{
     key::kSigmaC,
     key::kASense,
     key::kCSense,
+    key::kSpindle,
     key::kTauForTheRecord,
     {"heights", "rotating", "rotating (balls on the part) or slide (one ball, carried along Z)"}};
 constexpr Quantity kCResults[]{quantity::kCTilt, quantity::kZSlide,
@@ -355,13 +357,15 @@ constexpr Quantity kCFurther[]{quantity::kMeanHeight};
 constexpr std::string_view kAxisAlignmentUnobservable[]{
     "the axis separately from the straightness and squareness of the Z slide: the tilt is relative to Z"};
 
-// A spindle that stood still leaves the tip, not its axis; a tip against a chuck on the slide is of no use to the box.
+// A spindle that stood still leaves the tip, not its axis; a tip against a chuck on the slide is of no use to the box,
+// nor is the slide of the second chuck.
 std::optional<Subject> subjectOfAlignment(const Dataset& dataset) {
   const bool of_tip = spindleStoodStill(dataset);
   const auto heights = configWord(dataset, "heights", kHeights);
   if (heights && heights->value_or("rotating") == "slide")
-    return of_tip ? std::nullopt : std::optional{Subject{SubjectKind::centreline_slide}};
-  return Subject{of_tip ? SubjectKind::centreline_tip : SubjectKind::centreline};
+    return of_tip || subjectOfSpindle(dataset, {}).of != 0 ? std::nullopt
+                                                           : std::optional{Subject{SubjectKind::centreline_slide}};
+  return subjectOfSpindle(dataset, of_tip ? SubjectKind::centreline_tip : SubjectKind::centreline);
 }
 
 constexpr MethodColumn kAColumns[]{kTipLength, column::kA, column::kC, column::kX, column::kY, kTool, kBall, kStop};

@@ -26,7 +26,7 @@ Outcome<Result, Refusal> solveAAxisAlignment(const Dataset& dataset);
 
 namespace quantity {
 
-inline constexpr Quantity kCTilt{.key = "C_tilt_rad",
+inline constexpr Quantity kCTilt{.key = result_key::kCTilt,
                                  .about = "x and y of the C axis per mm of Z, with heights rotating",
                                  .kind = QuantityKind::lean,
                                  .axes = "XY",

@@ -171,7 +171,20 @@ Outcome<StatedNoise, Refusal> statedNoise(const Dataset& dataset) {
   return noise;
 }
 
+std::optional<Subject> subjectOfCentreline(const Dataset& dataset) {
+  return subjectOfSpindle(dataset, SubjectKind::centreline_tip);
+}
+
+std::optional<Refusal> refuseSpindle(const Dataset& dataset) {
+  const auto spindle = configNumber(dataset, key::kSpindle.name);
+  if (!spindle) return spindle.error();
+  if (!*spindle || **spindle == 1 || **spindle == kSecondSpindle) return std::nullopt;
+  return Refusal{"bad-config",
+                 "config key 'spindle' is " + text(**spindle) + ": give 1 for the main chuck or 2 for the second one"};
+}
+
 Outcome<Result, Refusal> solveCentreline(const Dataset& dataset) {
+  if (auto refusal = refuseSpindle(dataset)) return *refusal;
   TRY(const auto noise, statedNoise(dataset));
   TRY(const auto sense, configSense(dataset, "C_sense"));
   TRY(const auto table, checkedTable(dataset, "readings", kCentrelineColumns));
@@ -204,7 +217,8 @@ namespace {
 
 constexpr MethodTable kCentrelineTables[]{
     {"readings", kCentrelineColumns, "a feature that turns with C, at an angle of C", true}};
-constexpr MethodKey kCentrelineKeys[]{key::kSigma, key::kSigmaC, key::kCSense, key::kMeanHeight, key::kTauForTheRecord};
+constexpr MethodKey kCentrelineKeys[]{key::kSigma,   key::kSigmaC,     key::kCSense,
+                                      key::kSpindle, key::kMeanHeight, key::kTauForTheRecord};
 constexpr Quantity kCentrelineResults[]{quantity::kCentre.as("centre of rotation, x y")};
 
 }  // namespace
@@ -222,6 +236,6 @@ const Method kCentreline{.name = "centreline",
                          .keys = kCentrelineKeys,
                          .results = kCentrelineResults,
                          .unobservable = kCentrelineUnobservable,
-                         .subject = {.about = Subject{SubjectKind::centreline_tip}}};
+                         .subject = {.about = Subject{SubjectKind::centreline_tip}, .of = subjectOfCentreline}};
 
 }  // namespace probebox::metrology

@@ -43,6 +43,12 @@ std::vector<double> stopsByAngle(std::span<const double> angles_rad);
 // feature at C = 0. Refuses what fitRotation does.
 Outcome<Result, Refusal> solveCentreline(const Dataset& dataset);
 
+// The turning axis from the tip, of the chuck that the case names.
+std::optional<Subject> subjectOfCentreline(const Dataset& dataset);
+
+// Refuses a key `spindle` that names neither the main chuck nor the second one: bad-config.
+std::optional<Refusal> refuseSpindle(const Dataset& dataset);
+
 // The height at which a centre was measured, where the case states it (mean_z_mm). Refuses: bad-config.
 std::optional<Refusal> addMeanHeight(const Dataset& dataset, Result& result);
 

@@ -198,6 +198,7 @@ void answerArms(Answer& answer, const Unknowns& unknowns, const Fit& fit) {
 }  // namespace
 
 Outcome<Result, Refusal> solveCentrelineX(const Dataset& dataset) {
+  if (auto refusal = refuseSpindle(dataset)) return *refusal;
   TRY(const auto noise, statedNoise(dataset));
   TRY(const auto table, checkedTable(dataset, "readings", columnsIn(dataset)));
   if (table->rows() < 2)
@@ -232,7 +233,11 @@ constexpr MethodTable kTablesOfX[]{
      "a ball on the part's spindle at the height z_mm and an angle of C, X in radius; column ball where balls, or "
      "clampings of one, are closer than 0.5 mm, column stop as for c-axis-alignment",
      true}};
-constexpr MethodKey kKeysOfX[]{key::kSigma, key::kSigmaC, key::kCSense, key::kTauForTheRecord};
+constexpr MethodKey kKeysOfX[]{key::kSigma, key::kSigmaC, key::kCSense, key::kSpindle, key::kTauForTheRecord};
+std::optional<Subject> subjectOfX(const Dataset& dataset) {
+  return subjectOfSpindle(dataset, SubjectKind::centreline);
+}
+
 constexpr Quantity kResultsOfX[]{quantity::kCentreX, quantity::kCTiltX};
 constexpr Quantity kFurtherOfX[]{quantity::kMeanHeight};
 constexpr std::string_view kUnobservableX[]{
@@ -252,6 +257,6 @@ const Method kCentrelineX{.name = "centreline-x",
                           .results = kResultsOfX,
                           .further = kFurtherOfX,
                           .unobservable = kUnobservableX,
-                          .subject = {.about = Subject{SubjectKind::centreline}}};
+                          .subject = {.about = Subject{SubjectKind::centreline}, .of = subjectOfX}};
 
 }  // namespace probebox::metrology

@@ -20,8 +20,8 @@ Outcome<Result, Refusal> solveCentrelineX(const Dataset& dataset);
 namespace quantity {
 
 inline constexpr Quantity kCentreX{
-    .key = "centre_x_mm", .about = "X of the turning axis at mean_z_mm, in radius", .axes = "X"};
-inline constexpr Quantity kCTiltX{.key = "C_tilt_x_rad",
+    .key = result_key::kCentreX, .about = "X of the turning axis at mean_z_mm, in radius", .axes = "X"};
+inline constexpr Quantity kCTiltX{.key = result_key::kCTiltX,
                                   .about = "X of the turning axis per mm of Z; from two heights on",
                                   .kind = QuantityKind::lean,
                                   .axes = "X",

@@ -181,6 +181,7 @@ std::optional<RimCentre> turnedRimCentre(const RimSteps& steps) {
 }
 
 Outcome<Result, Refusal> solveCentrelineLimitedAccess(const Dataset& dataset) {
+  if (auto refusal = refuseSpindle(dataset)) return *refusal;
   TRY(const auto noise, statedNoise(dataset));
   TRY(const auto table, checkedTable(dataset, "readings", kLimitedAccessColumns));
   const auto value = [&](std::size_t column, std::size_t row) {
@@ -240,7 +241,8 @@ Outcome<Result, Refusal> solveCZeroShift(const Dataset& dataset) {
 namespace {
 
 constexpr MethodTable kLimitedAccessTables[]{{"readings", kLimitedAccessColumns, "the ball at an angle of C", true}};
-constexpr MethodKey kLimitedAccessKeys[]{key::kSigma, key::kSigmaC, key::kMeanHeight, key::kTauForTheRecord};
+constexpr MethodKey kLimitedAccessKeys[]{key::kSigma, key::kSigmaC, key::kSpindle, key::kMeanHeight,
+                                         key::kTauForTheRecord};
 constexpr Quantity kLimitedAccessResults[]{quantity::kCentre.as("centre of rotation, x y"), quantity::kRadius,
                                            kPsiAtZero};
 constexpr MethodTable kContactTables[]{
@@ -252,16 +254,17 @@ constexpr std::string_view kContactUnobservable[]{
 
 }  // namespace
 
-const Method kCentrelineLimitedAccess{.name = "centreline-limited-access",
-                                      .title = "Centreline with limited access",
-                                      .equations = "(B6)-(B8), (B26), (B27)",
-                                      .source = source::kMachine,
-                                      .solver = solveCentrelineLimitedAccess,
-                                      .tables = kLimitedAccessTables,
-                                      .keys = kLimitedAccessKeys,
-                                      .results = kLimitedAccessResults,
-                                      .unobservable = kCentrelineUnobservable,
-                                      .subject = {.about = Subject{SubjectKind::centreline_tip}}};
+const Method kCentrelineLimitedAccess{
+    .name = "centreline-limited-access",
+    .title = "Centreline with limited access",
+    .equations = "(B6)-(B8), (B26), (B27)",
+    .source = source::kMachine,
+    .solver = solveCentrelineLimitedAccess,
+    .tables = kLimitedAccessTables,
+    .keys = kLimitedAccessKeys,
+    .results = kLimitedAccessResults,
+    .unobservable = kCentrelineUnobservable,
+    .subject = {.about = Subject{SubjectKind::centreline_tip}, .of = subjectOfCentreline}};
 
 const Method kCZeroShift{.name = "c-zero-shift",
                          .title = "Zero of the C axis",

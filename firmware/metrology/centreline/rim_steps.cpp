@@ -332,6 +332,7 @@ void addStylus(std::vector<Estimate>& also, const Table& readings, const StylusO
 }  // namespace
 
 Outcome<Result, Refusal> solveCentrelineBySteps(const Dataset& dataset) {
+  if (auto refusal = refuseSpindle(dataset)) return *refusal;
   TRY(const auto read, measuredOf(dataset));
   const Measured& measured = read;
   const RimSteps& steps = measured.settled.steps;
@@ -387,6 +388,7 @@ constexpr MethodTable kRimStepsTables[]{
 constexpr MethodKey kRimStepsKeys[]{
     key::kSigma,
     key::kSigmaC,
+    key::kSpindle,
     MethodKey{"sigma_contact_rad", "", "sd of an angle of C at a contact (k = 1), for the sd of contact_shift_rad"}
         .upTo(quantity::kMostLean_rad),
     {"level_limit_mm", "0.01", "largest difference of y at +theta and -theta that counts as level"},
@@ -395,7 +397,8 @@ constexpr MethodKey kRimStepsKeys[]{
     key::kTauForTheRecord};
 // Only half a turn of the spindle relates the tip to the spindle axis.
 std::optional<Subject> subjectOfSteps(const Dataset& dataset) {
-  return Subject{dataset.table("stylus") != nullptr ? SubjectKind::centreline : SubjectKind::centreline_tip};
+  return subjectOfSpindle(dataset,
+                          dataset.table("stylus") != nullptr ? SubjectKind::centreline : SubjectKind::centreline_tip);
 }
 
 constexpr Quantity kRimStepsResults[]{quantity::kCentre.as("centre of rotation, x y"), quantity::kRadius};

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "firmware/metrology/dataset/conditions.hpp"
+#include "firmware/metrology/dataset/method_parts.hpp"
 #include "firmware/metrology/dataset/read_times.hpp"
 #include "protocol/units/machine_accuracy.hpp"
 
@@ -100,6 +101,11 @@ std::optional<SubjectKind> subjectNamedBy(std::string_view key, const Method& me
 std::optional<Subject> numberedSubject(const Dataset& dataset, SubjectKind kind, std::string_view key) {
   const auto number = statedNumber(dataset, key);
   return number ? std::optional{Subject{kind, *number}} : std::nullopt;
+}
+
+Subject subjectOfSpindle(const Dataset& dataset, SubjectKind kind) {
+  const auto spindle = statedNumber(dataset, key::kSpindle.name);
+  return {kind, spindle == kSecondSpindle ? kSecondSpindle : 0};
 }
 
 std::uint32_t probeToolOf(const Dataset& dataset) {

@@ -24,6 +24,7 @@ inline constexpr MethodKey kSigmaAngle =
     MethodKey{"sigma_angle_rad", "0", "standard deviation of a stop of the axis (k = 1)"}.upTo(quantity::kMostLean_rad);
 inline constexpr MethodKey kASense{"A_sense", "1", "-1 where A of the spindle is left-handed about +Z"};
 inline constexpr MethodKey kCSense{"C_sense", "1", "-1 where C is left-handed about +Z"};
+inline constexpr MethodKey kSpindle{"spindle", "1", "1 the main chuck, 2 the second one, whose results are its own"};
 inline constexpr MethodKey kMeanHeight{
     "mean_z_mm", "", "mean height at which the ball was read: centre_mm of a tilted axis holds at this height"};
 inline constexpr MethodKey kTauForTheRecord =

@@ -133,7 +133,7 @@ inline constexpr Quantity kLostMotion{
 inline constexpr Quantity kCentre{.key = result_key::kCentre, .about = "centre of the sphere", .axes = "XYZ"};
 inline constexpr Quantity kRadius{.key = "radius_mm", .about = "of the ball about it"};
 // Height at which the centre of a leaning axis holds.
-inline constexpr Quantity kMeanHeight{.key = "mean_z_mm"};
+inline constexpr Quantity kMeanHeight{.key = result_key::kMeanHeight};
 inline constexpr Quantity kStylusOffset{
     .key = result_key::kStylusOffset,
     .about = "position of the stylus relative to the spindle axis with the spindle at 0, x y",

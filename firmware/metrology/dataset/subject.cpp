@@ -15,6 +15,7 @@ enum class Suffix : std::uint8_t {
   linear_axis,
   linear_axes_or_none,  // none for all of them
   rotary_axis,
+  spindle_or_none,  // none for the main one
 };
 
 struct Kind {
@@ -27,9 +28,9 @@ constexpr std::array kKinds{
     Kind{SubjectKind::delay, "delay", Suffix::linear_axes_or_none},
     Kind{SubjectKind::delay_oblique, "delay-oblique", Suffix::none},
     Kind{SubjectKind::delay_joints, "delay-joints", Suffix::none},
-    Kind{SubjectKind::centreline, "centreline", Suffix::none},
+    Kind{SubjectKind::centreline, "centreline", Suffix::spindle_or_none},
     Kind{SubjectKind::centreline_slide, "centreline-slide", Suffix::none},
-    Kind{SubjectKind::centreline_tip, "centreline-stylus", Suffix::none},
+    Kind{SubjectKind::centreline_tip, "centreline-stylus", Suffix::spindle_or_none},
     Kind{SubjectKind::stylus_offset, "stylus-offset", Suffix::number},
     Kind{SubjectKind::spindle_offset, "spindle-offset", Suffix::none},
     Kind{SubjectKind::spindle_tilt, "spindle-tilt", Suffix::none},
@@ -62,6 +63,7 @@ std::string suffixOf(const Subject& subject, Suffix suffix) {
     case Suffix::number:
       return "-" + std::to_string(subject.of);
     case Suffix::number_or_none:
+    case Suffix::spindle_or_none:
       return subject.of == 0 ? "" : "-" + std::to_string(subject.of);
     case Suffix::linear_axis:
       return "-" + letters(subject.of, "xyz");
@@ -98,6 +100,9 @@ std::optional<std::uint32_t> parseSuffix(std::string_view behind, Suffix suffix)
       return numberIn(behind);
     case Suffix::number_or_none:
       return behind.empty() ? std::optional<std::uint32_t>{0} : numberIn(behind);
+    case Suffix::spindle_or_none:
+      if (behind.empty()) return 0;
+      return numberIn(behind) == kSecondSpindle ? std::optional{kSecondSpindle} : std::nullopt;
     case Suffix::linear_axis:
       return axesIn(behind, "xyz", false);
     case Suffix::linear_axes_or_none:

@@ -11,9 +11,9 @@ enum class SubjectKind : std::uint8_t {
   delay,             // of these linear axes
   delay_oblique,     // of several axes together
   delay_joints,      // of each joint
-  centreline,        // turning axis from the spindle axis
+  centreline,        // turning axis from the spindle axis, of this chuck
   centreline_slide,  // of a chuck that a slide carries
-  centreline_tip,    // from the tip of a stylus
+  centreline_tip,    // from the tip of a stylus, of this chuck
   stylus_offset,     // of the tool that carries the probe
   spindle_offset,
   spindle_tilt,
@@ -34,7 +34,7 @@ enum class SubjectKind : std::uint8_t {
 
 struct Subject {
   SubjectKind kind{};
-  // Number of the tool; or the axes, bit 0 for X or A, bit 1 for Y or B, bit 2 for Z or C; else 0.
+  // Number of the tool; or the axes, bit 0 for X or A, bit 1 for Y or B, bit 2 for Z or C; or kSecondSpindle; else 0.
   std::uint32_t of{};
 
   // Index of the one axis: 0 X or A, 1 Y or B, 2 Z or C.
@@ -45,6 +45,8 @@ struct Subject {
 };
 
 inline constexpr std::uint32_t kAllAxes = 7;
+// Of a turning axis: that of the second chuck, or sub-spindle. The main one has no number.
+inline constexpr std::uint32_t kSecondSpindle = 2;
 constexpr Subject aboutAxis(SubjectKind kind, std::size_t axis) {
   return {kind, 1U << axis};
 }

@@ -240,6 +240,9 @@ void addProbePose(metrology::Dataset& dataset, const capture::Recording& recordi
 RunDataset ballDataset(const FinishedRun& run,
                        void (*tables)(metrology::Dataset&, const BallReadings&, const FinishedRun&)) {
   RunDataset built{touchesOf(run), {}, {}};
+  const auto touches = run.recording.touches();
+  if (!touches.empty() && touches.front().request.spindle == kSecondSpindle)
+    built.dataset.config[std::string{metrology::key::kSpindle.name}] = double{kSecondSpindle};
   built.refusal = readsBySwitch(run) ? addSwitchedReadings(built, run, tables) : addReadings(built, run, tables);
   return built;
 }

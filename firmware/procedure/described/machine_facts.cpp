@@ -215,6 +215,7 @@ std::vector<Requirement> requirements(const board::Machine& machine) {
 
 Facts factsOf(const board::Machine& machine) {
   return {.has_y = machine.has_y,
+          .has_second_spindle = machine.has_second_spindle,
           .sphere_diameter_mm = machine.datum_sphere_diameter_mm,
           .sd_sphere_diameter_mm = sdOfSphere_mm(machine),
           .sphere_certificate = sphereCertificate(machine),

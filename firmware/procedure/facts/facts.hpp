@@ -240,6 +240,7 @@ struct Requirement {
 // A priori knowledge about features, stylus and rotary axes, from the descriptions.
 struct Facts {
   bool has_y{true};                               // false: a lathe of X and Z; touches are in one plane, across Y
+  bool has_second_spindle{};                      // a second chuck faces the main one
   std::optional<double> sphere_diameter_mm;       // certified diameter of the datum sphere
   std::optional<double> sd_sphere_diameter_mm{};  // k = 1: of the certificate, else as stated
   std::optional<SphereCertificate> sphere_certificate{};

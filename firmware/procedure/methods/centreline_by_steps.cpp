@@ -196,6 +196,8 @@ Outcome<ProcedureOptions> completed(ProcedureOptions options, const Facts& facts
 }
 
 std::optional<Error> whyNoTurns(const ProcedureOptions& with) {
+  if (with.spindle > 1)
+    return Error{"centreline-by-steps reads [rim_ball], which the main chuck turns: omit the spindle."};
   if (with.contact_beside_mm == 0) return std::nullopt;
   if (auto error = outside("A radius of the rim", with.rim_radius_mm, 5, 20'000, "mm")) return error;
   return outside("A distance of the stylus from the line", with.contact_beside_mm, 1, 0.8 * with.rim_radius_mm, "mm");

@@ -2,7 +2,14 @@
 
 #include <algorithm>
 
+#include "firmware/metrology/dataset/method_parts.hpp"
+
 namespace probebox::procedure {
+
+bool LiveMethod::takesSpindle() const {
+  return std::ranges::find(solver->keys, metrology::key::kSpindle.name, &metrology::MethodKey::name) !=
+         solver->keys.end();
+}
 
 const LiveMethod* methodNumbered(LiveMethods methods, std::uint16_t number) {
   const auto found = std::ranges::find(methods, number, [](const LiveMethod* method) { return method->number; });

@@ -124,6 +124,8 @@ struct LiveMethod {
   std::string_view name() const { return solver->name; }
   bool takesHead() const { return kind == Kind::hold || !steps_by_head.empty(); }
   bool takesShank() const { return !steps_by_shank.empty(); }
+  // --spindle: its results tell the chucks apart.
+  bool takesSpindle() const;
   bool measuresBOrC() const { return !steps_about_b.empty(); }
   bool isAboutB(const ProcedureOptions& options) const { return measuresBOrC() && options.axis == kAxisB; }
 };

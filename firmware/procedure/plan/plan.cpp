@@ -35,6 +35,8 @@ std::optional<Error> unused(const LiveMethod& method, const ProcedureOptions& op
   if ((options.angles != 0 || options.arc_rad != 0) && about_b)
     return because(" about B reads at tilts_deg of [tilting_table] in machine.toml: omit rotary angles.");
   if ((options.stations != 0 || options.mounts != 0) && usual.mounts == 0) return omit("stations and mounts");
+  if (options.spindle > 1 && !method.takesSpindle()) return omit("second chuck");
+  if (options.spindle > kSecondSpindle) return because(" takes spindle 1 or 2: there are two chucks at most.");
   if (options.balls != 0 && usual.balls == 0) return omit("number of balls");
   const bool takes_b = usual.b_count != 0 && (about_b || !method.measuresBOrC());
   if ((options.b_count != 0 || options.b_axis != std::array<double, 3>{}) && !takes_b) return omit("angles of B");
@@ -99,13 +101,29 @@ std::optional<Error> whyTooLong(const LiveMethod& method, const ProcedureOptions
                std::to_string(kMostSteps) + ": choose fewer speeds, angles, balls or tools."};
 }
 
+bool isOfSecond(const ProcedureOptions& with) {
+  return with.spindle == kSecondSpindle;
+}
+
+Feature featureOf(const LiveMethod& method, const ProcedureOptions& with) {
+  return isOfSecond(with) ? Feature::second_part_ball : method.feature;
+}
+
+// What stands in the second chuck ends at -Z, and is reached from there.
+Side towards(Side side, const ProcedureOptions& with) {
+  if (!isOfSecond(with)) return side;
+  for (auto* direction : {&side.outward_normal, &side.aside}) (*direction)[2] *= (*direction)[2] == 0 ? 1 : -1;
+  return side;
+}
+
 void addTouches(Plan& plan, const LiveMethod& method, const ProcedureOptions& with, std::size_t reading) {
   const Pose pose = poseOf(method, with, plan.loops, reading);
   const Sides sides{method.sides, with, pose};
   for (const double speed : speedsOf(with)) {
     for (const Side& side : sides.list()) {
-      const capture::TouchRequest touch{.outward_normal = side.outward_normal,
-                                        .retract_direction = retractOf(side, with.approach_rad),
+      const Side at = towards(side, with);
+      const capture::TouchRequest touch{.outward_normal = at.outward_normal,
+                                        .retract_direction = retractOf(at, with.approach_rad),
                                         .retract_speed_mm_s = speed,
                                         .rotary_angles_rad = pose.angles_rad,
                                         .ball = pose.ball,
@@ -116,9 +134,10 @@ void addTouches(Plan& plan, const LiveMethod& method, const ProcedureOptions& wi
                                         .mount = pose.mount,
                                         .note = pose.note,
                                         .switch_of = {},
-                                        .swivels = pose.b_moves == BMoves::head};
+                                        .swivels = pose.b_moves == BMoves::head,
+                                        .spindle = with.spindle};
       add(plan, {.touch = touch,
-                 .feature = method.feature,
+                 .feature = featureOf(method, with),
                  .kind = method.kind,
                  .turns = true,
                  .b_moves = pose.b_moves,

@@ -103,6 +103,8 @@ std::string surfaceOf(const Step& step) {
       return side + " face of the datum cube";
     case Feature::part_ball:
       return side + " side of ball " + std::to_string(step.touch.ball);
+    case Feature::second_part_ball:
+      return side + " side of ball " + std::to_string(step.touch.ball) + " in the second chuck";
     case Feature::tool_setter:
       return side + " face of the tool-setting device";
   }

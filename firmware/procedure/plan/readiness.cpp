@@ -126,6 +126,10 @@ Outcome<ProcedureOptions, NotReady> readied(const LiveMethod& method, const Proc
   if (asked.shank) {
     if (const auto why = whyNoShank(method, facts)) return *why;
   }
+  if (asked.spindle > 1 && method.takesSpindle() && !facts.has_second_spindle)
+    return NotReady{Obstacle::option, std::string{method.name()} +
+                                          " about the second chuck needs one: give [machine] second_spindle = true in "
+                                          "machine.toml, or omit that option for the main one."};
   if (asked.contacts && !method.takes_contacts)
     return NotReady{Obstacle::option,
                     std::string{method.name()} + " takes no contacts by turning C: omit that option."};

@@ -36,6 +36,10 @@ struct Step {
   double run_out_mm{kRunOut_mm};
   bool by_distance{};  // the surface is where the probe, which does not touch, is in the middle of its range
 };
+// True for a ball that a chuck turns.
+constexpr bool isOnPart(Feature feature) {
+  return feature == Feature::part_ball || feature == Feature::second_part_ball;
+}
 // What the machine is asked to do in such a step.
 probebox::Step asked(const Step& step);
 

@@ -84,6 +84,47 @@ TEST(LatheOfXAndZ, FindsXOfItsTurningAxisAndTheSlopeOverZ) {
   slope.expectHonest(Pulls::kCautious);
 }
 
+// Its ball ends at -Z and is touched from there; the main chuck and its C stay where they are.
+TEST(LatheOfXAndZ, FindsTheAxisOfItsSecondChuck) {
+  Pulls centre, slope;
+  for (std::uint64_t seed = 1; seed <= kLatheSeeds; ++seed) {
+    auto config = latheSomewhere(seed);
+    std::mt19937_64 random{seed + 500};
+    const auto within = [&](double most) { return std::uniform_real_distribution<double>{-most, most}(random); };
+    auto& part = *config.second_spindle;
+    for (std::size_t i = 0; i < 2; ++i) {
+      part.point_mm[i] += within(0.2);
+      part.direction[i] += within(2e-4);
+      part.balls_mm[0][i] += within(0.3);
+    }
+    const auto axisOfSecondAt = [&](double z_mm) {
+      return part.point_mm[0] + part.direction[0] / part.direction[2] * (z_mm - part.point_mm[2]);
+    };
+    Lathe scenario{config, seed};
+    const auto result =
+        measured(scenario, procedure::kCentrelineX, ready(scenario, procedure::kCentrelineX, {.spindle = 2}));
+    ASSERT_TRUE(result);
+    add(centre, *result, "centre_x_mm", {axisOfSecondAt(result->find("mean_z_mm")->value())}, 1e-3);
+    add(slope, *result, "C_tilt_x_rad", {axisOfSecondAt(1) - axisOfSecondAt(0)}, 4e-5);
+    EXPECT_EQ(metrology::subjectOf(scenario.dataset()), "centreline-2");
+    EXPECT_EQ(scenario.machine().crashes(), 0U);
+    EXPECT_EQ(scenario.machine().commandedPose().c_rad, 0) << "the main chuck does not turn";
+    if (seed == 1) expectTheSameFrom(scenario.dataset(), *result);
+  }
+  centre.expectHonest(Pulls::kCautious);
+  slope.expectHonest(Pulls::kCautious);
+}
+
+TEST(LatheOfXAndZ, TakesASecondChuckOnlyWhereItHasOneAndForATurningAxis) {
+  auto facts = latheFacts();
+  EXPECT_TRUE(procedure::readied(procedure::kCentrelineX, {.spindle = 2}, facts, {}));
+  facts.has_second_spindle = false;
+  EXPECT_FALSE(procedure::readied(procedure::kCentrelineX, {.spindle = 2}, facts, {}));
+  EXPECT_TRUE(procedure::readied(procedure::kCentrelineX, {.spindle = 1}, facts, {}));
+  EXPECT_TRUE(procedure::validate(procedure::kPeriodicCheck, {.spindle = 2}, 1)) << "it would check the main one";
+  EXPECT_TRUE(procedure::validate(procedure::kCentrelineX, {.spindle = 3}, 1));
+}
+
 TEST(LatheOfXAndZ, KeepsItsAxisWhereTheBallRunsOutByMillimetres) {
   auto config = latheSomewhere(5);
   config.part_spindle.balls_mm[0] = {2.1, -1.4, 60};

@@ -109,6 +109,25 @@ TEST_F(Deciding, ASlideAndASpindleExcludeEachOther) {
   EXPECT_EQ(reasonOf(box_.rollBack("centreline")), Reason::not_possible_now) << "it would bring one back beside it";
 }
 
+TEST_F(Deciding, TheTwoChucksAreAboutThemselvesAlone) {
+  const auto first = box_.propose("centreline", 1), second = box_.propose("centreline-2", 2);
+  ASSERT_TRUE(box_.accept(first));
+  ASSERT_TRUE(box_.accept(second)) << "and does not differ from that of the other chuck";
+  EXPECT_EQ(box_.inForce("centreline"), first);
+  EXPECT_EQ(box_.inForce("centreline-2"), second);
+  ASSERT_TRUE(box_.rollBack("centreline"));
+  EXPECT_EQ(box_.inForce("centreline-2"), second);
+  EXPECT_TRUE(box_.accept(box_.propose("centreline-slide", 1))) << "the main chuck's slide, beside the second chuck";
+}
+
+TEST_F(Deciding, ATipOfTheSecondChuckGivesItsOwnSum) {
+  ASSERT_TRUE(box_.accept(box_.propose("centreline-stylus-2", 10)));
+  const auto decision = box_.accept(box_.propose("stylus-offset-1", 3));
+  ASSERT_TRUE(decision && decision->proposal);
+  EXPECT_NE(box_.inForce("centreline-2"), 0U);
+  EXPECT_EQ(box_.inForce("centreline"), 0U);
+}
+
 TEST_F(Deciding, MeasuredLengthsEndWhereTheBoxHoldsNoMore) {
   box_.values().most_tool_lengths = 2;
   for (const auto* tool : {"assembly-1", "assembly-2"}) ASSERT_TRUE(box_.accept(box_.propose(tool, 1)));

@@ -10,8 +10,9 @@
 namespace probebox::results {
 namespace {
 
-constexpr std::array kSubjects{"delay",           "delay-x",          "centreline", "centreline-stylus",
-                               "stylus-offset-1", "centreline-slide", "check",      "assembly-4"};
+constexpr std::array kSubjects{"delay",           "delay-x",          "centreline",   "centreline-stylus",
+                               "stylus-offset-1", "centreline-slide", "centreline-2", "centreline-stylus-2",
+                               "check",           "assembly-4"};
 
 class RandomDecisions : public testing::TestWithParam<unsigned> {
  protected:

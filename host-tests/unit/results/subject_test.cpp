@@ -7,30 +7,13 @@ namespace probebox {
 namespace {
 
 TEST(Subjects, ArePrintedAsTheyAreParsed) {
-  constexpr std::array kNames{"delay",
-                              "delay-x",
-                              "delay-xz",
-                              "delay-oblique",
-                              "delay-joints",
-                              "centreline",
-                              "centreline-slide",
-                              "centreline-stylus",
-                              "stylus-offset-3",
-                              "spindle-offset",
-                              "spindle-tilt",
-                              "head-pivot",
-                              "table-pivot",
-                              "swivel-b",
-                              "rotary-c",
-                              "tool-99",
-                              "assembly-4",
-                              "setter",
-                              "check",
-                              "screw-x",
-                              "screw-reference-z",
-                              "sensor-head-5",
-                              "pre-travel",
-                              "pre-travel-2"};
+  constexpr std::array kNames{
+      "delay",           "delay-x",        "delay-xz",          "delay-oblique",     "delay-joints",
+      "centreline",      "centreline-2",   "centreline-slide",  "centreline-stylus", "centreline-stylus-2",
+      "stylus-offset-3", "spindle-offset", "spindle-tilt",      "head-pivot",        "table-pivot",
+      "swivel-b",        "rotary-c",       "tool-99",           "assembly-4",        "setter",
+      "check",           "screw-x",        "screw-reference-z", "sensor-head-5",     "pre-travel",
+      "pre-travel-2"};
   for (const auto* name : kNames) {
     const auto subject = parseSubject(name);
     ASSERT_TRUE(subject) << name;
@@ -42,7 +25,8 @@ TEST(Subjects, ArePrintedAsTheyAreParsed) {
 TEST(Subjects, HaveVariants) {
   for (const auto* name : {"delay", "delay-xy", "delay-oblique", "delay-joints"})
     EXPECT_TRUE(isAboutKindOf(name, SubjectKind::delay)) << name;
-  for (const auto* name : {"centreline", "centreline-slide", "centreline-stylus"})
+  for (const auto* name :
+       {"centreline", "centreline-slide", "centreline-stylus", "centreline-2", "centreline-stylus-2"})
     EXPECT_TRUE(isAboutKindOf(name, SubjectKind::centreline)) << name;
   EXPECT_TRUE(isAboutKindOf("delay-joints", SubjectKind::delay_joints));
   EXPECT_FALSE(isAboutKindOf("delay", SubjectKind::delay_joints));
@@ -53,6 +37,9 @@ TEST(Subjects, HaveVariants) {
 TEST(Subjects, AreNoMethodsAndHaveOneSpelling) {
   for (const auto* name : {"",
                            "delay-",
+                           "centreline-1",
+                           "centreline-3",
+                           "centreline-slide-2",
                            "delay-yx",
                            "delay-xyz",
                            "delay-plates",

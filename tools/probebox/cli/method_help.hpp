@@ -8,7 +8,7 @@ namespace probebox::command {
 struct MethodHelp {
   std::string all;
   std::string approach, angles, heights, screw, faces, turns, rotary_axis, mounts, tool, probe_tool, head, shank,
-      contacts;
+      contacts, spindle;
   std::string usual_arcs;  // "360 for centreline, 80 for ..."
 };
 

@@ -122,6 +122,7 @@ struct RunChoices {
   std::optional<std::uint32_t> tool;
   bool head{};
   bool shank{};
+  std::optional<std::uint8_t> spindle;
   bool contacts{};  // C turns until the ball touches, first
 };
 struct Calibrate : RunChoices {

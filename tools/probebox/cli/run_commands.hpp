@@ -293,6 +293,11 @@ class RunCommands {
                          "; of the tool that carries the probe, for " + methods_.probe_tool)
         ->check(wholeBetween(1, std::numeric_limits<std::uint32_t>::max()))
         ->type_name("NUMBER");
+    command
+        ->add_option("--spindle", choices.spindle,
+                     "1 the main chuck (default), 2 the second one; for " + methods_.spindle)
+        ->check(CLI::Range(1, 2))
+        ->type_name("NUMBER");
     command->add_flag("--head", choices.head,
                       "measure with the sensor head instead of the probe, one position per ball; not on a box with a "
                       "touch-trigger probe; for " +

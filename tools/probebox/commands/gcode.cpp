@@ -267,6 +267,7 @@ std::string zeroOf(const procedure::Plan& plan, const Gcode& options) {
       return at_zero ? "zero in the middle of the cube." : "the middle of the cube as --at was given.";
     case Feature::tool_setter:
       return at_zero ? "zero in the middle of the setting device." : "the setting device as --at was given.";
+    case Feature::second_part_ball:  // refused before
     case Feature::datum_sphere:
       break;
   }

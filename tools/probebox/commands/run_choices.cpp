@@ -40,6 +40,7 @@ Outcome<ProcedureOptions, Trouble> optionsOf(const RunChoices& choices) {
   options.tool = choices.tool.value_or(0);
   options.head = choices.head;
   options.shank = choices.shank;
+  options.spindle = choices.spindle.value_or(0);
   options.contacts = choices.contacts;
   return options;
 }
@@ -76,6 +77,7 @@ std::string chosenOf(const plan::Wanted& wanted) {
   add_number("--tool", options.tool);
   if (options.head) add("--head");
   if (options.shank) add("--shank");
+  add_number("--spindle", options.spindle);
   if (options.contacts) add("--contacts");
   return text;
 }

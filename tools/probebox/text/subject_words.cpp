@@ -10,7 +10,7 @@
 namespace probebox::command {
 namespace {
 
-enum class Of { nothing, linear_axes, linear_axis, rotary_axis, tool };
+enum class Of { nothing, linear_axes, linear_axis, rotary_axis, tool, spindle };
 
 struct Words {
   SubjectKind kind;
@@ -24,9 +24,9 @@ constexpr auto kWords = std::to_array<Words>({
     {SubjectKind::delay_oblique, "Delay of axes that move together", Of::nothing, "delay"},
     {SubjectKind::delay_joints, "Delay by joint", Of::nothing, "delay"},
     {SubjectKind::pre_travel, "Pre-travel of the probe", Of::tool, "delay"},
-    {SubjectKind::centreline, "Turning axis", Of::nothing, "axis"},
+    {SubjectKind::centreline, "Turning axis", Of::spindle, "axis"},
     {SubjectKind::centreline_slide, "Turning axis of the chuck on the slide", Of::nothing, "axis"},
-    {SubjectKind::centreline_tip, "Turning axis from the stylus tip", Of::nothing, "axis"},
+    {SubjectKind::centreline_tip, "Turning axis from the stylus tip", Of::spindle, "axis"},
     {SubjectKind::stylus_offset, "Stylus offset", Of::tool, "axis"},
     {SubjectKind::spindle_offset, "Spindle offset", Of::nothing, "axis"},
     {SubjectKind::spindle_tilt, "Spindle tilt", Of::nothing, "axis"},
@@ -66,6 +66,8 @@ std::string suffixOf(const Subject& subject, Of of) {
       return " " + letters(subject, "XYZ");
     case Of::rotary_axis:
       return " " + letters(subject, "ABC");
+    case Of::spindle:
+      return subject.of == 0 ? "" : " of spindle " + std::to_string(subject.of);
     case Of::tool:
       return subject.of == 0 ? "" : " " + std::to_string(subject.of);
   }

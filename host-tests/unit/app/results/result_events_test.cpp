@@ -107,6 +107,19 @@ TEST(ResultEvents, OfAChuckOnTheSlideTellTheSlidesOwnSlopeAndNeverZero) {
   EXPECT_TRUE(noneInForce("centreline-slide", kNow));
 }
 
+TEST(ResultEvents, OfTheSecondChuckMoveNothingOfTheMainOne) {
+  auto dataset = alignment({330.02, 199.97}, {2e-4, -3e-4});
+  dataset.config["spindle"] = 2.0;
+  const auto record = recordOf(dataset);
+  EXPECT_EQ(record.binding.subject, "centreline-2");
+  const auto events = activationOf(record, kNow);
+  ASSERT_TRUE(events);
+  EXPECT_TRUE(events->empty());
+  EXPECT_FALSE(noneInForce("centreline-2", kNow));
+  dataset.config["spindle"] = 3.0;
+  EXPECT_EQ(metrology::solve(dataset).error().name, "bad-config");
+}
+
 // Of one height: no slope, and the height itself.
 TEST(ResultEvents, SayTheHeightOfACentrelineWithoutTilts) {
   store::Record record;
