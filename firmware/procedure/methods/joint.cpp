@@ -38,7 +38,7 @@ constinit const LiveMethod kJoint{
         "finds X, and its slope over Z.",
     .steps =
         "one ball on the part's spindle, C at 0, 90, 180 and 270 degrees again and again, 12 angles in all "
-        "(`--angles`), five touches each at 10 and 25 mm/s, while the screws warm or cool; the first pose again last",
+        "(`--angles`), five touches each at 10 and 25 mm/s, while the screws warm or cool",
     .feature = Feature::part_ball,
     .sides = kSphereSides,
     .poses = kTurnAfterTurn,
