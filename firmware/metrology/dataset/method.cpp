@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "firmware/metrology/dataset/conditions.hpp"
-#include "firmware/metrology/dataset/method_parts.hpp"
 #include "firmware/metrology/dataset/read_times.hpp"
 #include "protocol/units/machine_accuracy.hpp"
 
@@ -104,7 +103,7 @@ std::optional<Subject> numberedSubject(const Dataset& dataset, SubjectKind kind,
 }
 
 Subject subjectOfSpindle(const Dataset& dataset, SubjectKind kind) {
-  const auto spindle = statedNumber(dataset, key::kSpindle.name);
+  const auto spindle = statedNumber(dataset, "spindle");
   return {kind, spindle == kSecondSpindle ? kSecondSpindle : 0};
 }
 
