@@ -52,9 +52,11 @@ void collect(const T& value, const std::string& path, std::set<std::string>& all
 Observed knowing() {
   Observed box;
   auto& status = box.status;
-  status.receiver.samples = 1;
-  status.front_end.version = "1.0";
-  status.front_end.inputs.samples = 1;
+  status.receiver.samples = status.second_receiver.samples = 1;
+  for (auto* front_end : {&status.front_end, &status.second_front_end}) {
+    front_end->version = "1.0";
+    front_end->inputs.samples = 1;
+  }
   status.sources.resize(1);
   status.lines.resize(1);
   status.cnc_lines.resize(1);
@@ -73,7 +75,7 @@ TEST(Metrics, HaveEveryValueOfTheFieldListsOnce) {
   collect(box.status, "", paths);
   collect(*box.corrections, "corrections", paths);
   // Lists of which only the length counts.
-  for (const auto* list : {"inhibits", "front_end.pins"}) paths.insert(list);
+  for (const auto* list : {"inhibits", "front_end.pins", "second_front_end.pins"}) paths.insert(list);
   ASSERT_GT(paths.size(), 100U);
   std::istringstream lines{textOf(box)};
   std::map<std::string, int> families;

@@ -68,7 +68,8 @@ inline std::vector<Case> cases() {
           {&procedure::kTablePivot, tilted},   {&procedure::kScrewCalibration, sweep},
           {&procedure::kScrewReference, rest}, {&procedure::kDelaySteppedScan, scan},
           {&procedure::kDelayContour, scan},   {&procedure::kMachineCheck, {}},
-          {&procedure::kDelayCylinder, {}},    {&procedure::kDelayCube, {}}};
+          {&procedure::kDelayCylinder, {}},    {&procedure::kDelayCube, {}},
+          {&procedure::kJoint, three}};
 }
 
 inline procedure::Plan planOf(const Case& c) {
