@@ -92,7 +92,7 @@ class FrontEndProbe {
   bool take(const Edge& edge) {
     const bool high = edge.level == Level::active;
     if (edge.role == LineRole::index) {
-      if ((axes_ >> edge.line & 1U) == 0) return false;
+      if ((axes_ & (1U << edge.line)) == 0) return false;
       marks_.push_back({edge.line, edge.at + Nanoseconds{std::llround(1e9 * marks_late_s_[edge.line])}});
       return true;
     }
@@ -122,7 +122,7 @@ class FrontEndProbe {
   static usb_probe::CounterAxes counterAxes(std::uint8_t wired) {
     usb_probe::CounterAxes axes{};
     for (std::uint8_t i = 0; i < kLinearAxes; ++i)
-      if ((wired >> i & 1U) != 0) axes[i] = {.axis = i, .has_index = true};
+      if ((wired & (1U << i)) != 0) axes[i] = {.axis = i, .has_index = true};
     return axes;
   }
   static usb_probe::WiredLines wiredLines(std::uint8_t receiver) {
