@@ -222,7 +222,7 @@ TEST(Help, NamesEveryMethodThatCalibratesAndWhichOfThemTakeAnOption) {
   }
   const MethodHelp methods = methodHelp();
   EXPECT_EQ(methods.heights, "c-axis-alignment and rotary-axis-errors");
-  EXPECT_EQ(methods.angles, "centreline, centreline-limited-access, rotary-axis-errors and centreline-x");
+  EXPECT_EQ(methods.angles, "centreline, centreline-limited-access, rotary-axis-errors, centreline-x and joint");
   EXPECT_EQ(methods.usual_arcs,
             "360 for centreline, rotary-axis-errors and centreline-x, 80 for centreline-limited-access and "
             "centreline-by-steps");
