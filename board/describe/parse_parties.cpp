@@ -23,10 +23,9 @@ Party readParty(Section section) {
 
 Outcome<Parties> parseParties(std::string_view text, std::string_view file_name) {
   return readDocument<Parties>(text, file_name, [](Section& root) {
-    return Parties{
-        .laboratory = readParty(root.section("laboratory")),
-        .customer = readParty(root.section("customer")),
-        .calibration = read<CalibrationWords>(root.section("calibration", false))};
+    return Parties{.laboratory = readParty(root.section("laboratory")),
+                   .customer = readParty(root.section("customer")),
+                   .calibration = read<CalibrationWords>(root.section("calibration", false))};
   });
 }
 

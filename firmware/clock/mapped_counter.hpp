@@ -61,7 +61,7 @@ class MappedCounter {
   // locked; holdover: no edge that both have seen for a while; ambiguous: edges do not tell which is which, or sigma is
   // too large; unlocked: no map yet.
   ClockState state() const { return state_; }
-  double sigmaNs() const { return mapSigmaNs(newest_); }     // at its last sample
+  double sigmaNs() const { return sigma_ns_; }               // of the stamp that was given last
   double offsetPpm() const { return tracked_.offsetPpm(); }  // of its period, longer than the first's
   const CounterClock& byArrival() const { return clock_; }
   const MapCounters& counters() const { return counters_; }

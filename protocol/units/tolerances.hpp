@@ -17,6 +17,9 @@ inline constexpr double kLeastLengthSpan_mm = 10;
 // Sides count as opposite if their normals have at most this cosine, within 20 degrees of opposite (chosen): a touch
 // then misses the diameter by 6 % of the offset.
 inline constexpr double kOppositeCosine = -0.94;
+// Touches are of one side of what is touched if their normals have at least this cosine, within 8 degrees of each other
+// (chosen): form differs little over that.
+inline constexpr double kSameSideCosine = 0.99;
 // Allowed deviation from 1 of the length of a unit vector: people write three digits.
 inline constexpr double kUnitLength = 1e-3;
 

@@ -171,6 +171,12 @@ Outcome<StatedNoise, Refusal> statedNoise(const Dataset& dataset) {
   return noise;
 }
 
+Subject subjectOfSpindle(const Dataset& dataset, SubjectKind kind) {
+  const auto spindle = configNumber(dataset, key::kSpindle.name);
+  const bool is_second = spindle && *spindle && **spindle == kSecondSpindle;
+  return {kind, is_second ? kSecondSpindle : 0};
+}
+
 std::optional<Subject> subjectOfCentreline(const Dataset& dataset) {
   return subjectOfSpindle(dataset, SubjectKind::centreline_tip);
 }

@@ -46,6 +46,9 @@ Outcome<Result, Refusal> solveCentreline(const Dataset& dataset);
 // The turning axis from the tip, of the chuck that the case names.
 std::optional<Subject> subjectOfCentreline(const Dataset& dataset);
 
+// About the chuck that the key `spindle` names; the main one without it.
+Subject subjectOfSpindle(const Dataset& dataset, SubjectKind kind);
+
 // Refuses a key `spindle` that names neither the main chuck nor the second one: bad-config.
 std::optional<Refusal> refuseSpindle(const Dataset& dataset);
 

@@ -18,9 +18,9 @@ namespace probebox::metrology {
 // angle. Gives, by angle, Xcen_B0_mm, Ycen_B0_mm (B23), z_offset_error_mm (B24), Ycen_B45_mm, Ycen_B90_mm (B23),
 // x_offset_error_mm (B24), as far as their angle was read; also Zcen_B90_mm, the run-outs ball_offset_x_mm, _y_mm (at C
 // = 0) and stylus_offset_x_mm, _y_mm (spindle = 0), and ball_centre_mm at C = 0, from which the next check starts once
-// this is accepted. With machine_axes "XZ", of a lathe whose turret turns no stylus, table centres has no y_mm, B is 0, and
-// Xcen_B0_mm is that of C relative to the tip; ball_centre_z_mm stands for ball_centre_mm, and nothing is told of Y and
-// of the stylus. Refuses: bad-angle (other angles than these), missing-orientation (no means over 0 and 180),
+// this is accepted. With machine_axes "XZ", of a lathe whose turret turns no stylus, table centres has no y_mm, B is 0,
+// and Xcen_B0_mm is that of C relative to the tip; ball_centre_z_mm stands for ball_centre_mm, and nothing is told of Y
+// and of the stylus. Refuses: bad-angle (other angles than these), missing-orientation (no means over 0 and 180),
 // readings-contradict (x_touch against centres).
 Outcome<Result, Refusal> solvePeriodicCheck(const Dataset& dataset);
 

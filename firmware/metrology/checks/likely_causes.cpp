@@ -46,7 +46,6 @@ Causes causesOf(const Dataset& dataset, const Method& method) {
 
 // Names of the errors without which a refused case is solved: each of its usual size, one way or the other, of all axes
 // together, because every try is a whole solution; of lobes, cosine and sine alone too.
-constexpr std::size_t kPhases = 2;
 std::string thoseThatRefuse(const Dataset& dataset, const Method& method) {
   const auto isSolved = [&](const std::vector<TypeBInput>& without) {
     return std::ranges::any_of(std::array{1.0, -1.0}, [&](double by) {
@@ -60,7 +59,7 @@ std::string thoseThatRefuse(const Dataset& dataset, const Method& method) {
   };
   std::string names;
   for (const auto& [cause, inputs] : causesOf(dataset, method))
-    if (isSolved(inputs) || (inputs.size() == kPhases && isSolvedByPart(inputs)))
+    if (isSolved(inputs) || (cause == kLobing && isSolvedByPart(inputs)))
       names += (names.empty() ? "" : "; or ") + causeName(cause);
   return names;
 }
@@ -182,7 +181,7 @@ std::optional<std::string> likelyCauses(const Dataset& dataset, const Method& me
 
 void nameLikelyCauses(const Dataset& dataset, const Method& method, Result& result) {
   constexpr std::array kOfResiduals{kResidualsExceedNoise, kResidualsShowAPattern, kResidualsCorrelated,
-                                     kReadingsContradict};
+                                    kReadingsContradict};
   const auto isOfResiduals = [&](const std::string& warning) {
     return std::ranges::any_of(kOfResiduals, [&](auto name) { return warning.starts_with(name); });
   };

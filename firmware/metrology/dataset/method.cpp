@@ -102,11 +102,6 @@ std::optional<Subject> numberedSubject(const Dataset& dataset, SubjectKind kind,
   return number ? std::optional{Subject{kind, *number}} : std::nullopt;
 }
 
-Subject subjectOfSpindle(const Dataset& dataset, SubjectKind kind) {
-  const auto spindle = statedNumber(dataset, "spindle");
-  return {kind, spindle == kSecondSpindle ? kSecondSpindle : 0};
-}
-
 std::uint32_t probeToolOf(const Dataset& dataset) {
   return statedNumber(dataset, "probe_tool").value_or(1);
 }

@@ -134,9 +134,6 @@ std::optional<SubjectKind> subjectNamedBy(std::string_view key, const Method& me
 // Of the kind and the number that the key states; nothing without one.
 std::optional<Subject> numberedSubject(const Dataset& dataset, SubjectKind kind, std::string_view key);
 
-// Of the kind and the chuck that the key `spindle` names; the main one without it.
-Subject subjectOfSpindle(const Dataset& dataset, SubjectKind kind);
-
 // Number of the tool that carries the probe, by the key `probe_tool`; 1 without it.
 std::uint32_t probeToolOf(const Dataset& dataset);
 

@@ -104,10 +104,9 @@ struct DroppedAlike {
 
 // Touches of one place that differ alike at every speed did not slip: what repeats is form.
 bool isFormOfASide(const DroppedAlike& group, const std::vector<TouchPlan>& plans) {
-  constexpr double kSameSide = 0.99;  // 8 degrees
   if (group.why != kDisagrees || group.names.size() < 2) return false;
   const Eigen::Vector3d side = group.sum.normalized();
-  const auto is_there = [&](const TouchPlan& plan) { return plan.normal.dot(side) > kSameSide; };
+  const auto is_there = [&](const TouchPlan& plan) { return plan.normal.dot(side) > kSameSideCosine; };
   const auto is_dropped = [&](const TouchPlan& plan) {
     return std::ranges::find(group.names, plan.name) != group.names.end();
   };

@@ -78,7 +78,10 @@ Neighbours neighbourOf(const Dataset& dataset, Solver solver, const TypeBInput& 
 }
 
 Outcome<Neighbours, Refusal> neighboursOf(const Dataset& dataset, Solver solver, const TypeBInput& input,
-                                          std::size_t count) {
+                                          const Result& result) {
+  if (!input.outwards_mm.empty())
+    return Neighbours{.above = withTouchesMoved(result, input.outwards_mm), .below = {}, .width = 1};
+  const std::size_t count = valuesOf(result).size();
   if (input.of_machine) return neighbourOf(dataset, solver, input, count);
   Neighbours found{.above = solvedWith(dataset, solver, input, kStep, count),
                    .below = solvedWith(dataset, solver, input, -kStep, count)};
@@ -273,10 +276,7 @@ Solved withUncertainty(const Dataset& dataset, const Method& method, StoreReader
   Squares of_also;
   std::vector<std::string> assumed;
   for (const auto& input : inputs) {
-    TRY(const auto beside, input.outwards_mm.empty()
-                               ? neighboursOf(known, method.solver, input, here.size())
-                               : Outcome<Neighbours, Refusal>{Neighbours{
-                                     .above = withTouchesMoved(result, input.outwards_mm), .below = {}, .width = 1}});
+    TRY(const auto beside, neighboursOf(known, method.solver, input, result));
     if (!beside.above && !beside.below) {
       auto warning = "U holds no " + input.name +
                      ": the case is refused where the readings are moved by that; look for readings at a limit";

@@ -15,11 +15,13 @@
 #include "firmware/metrology/fit/sphere.hpp"
 #include "protocol/units/angle.hpp"
 #include "protocol/units/machine_accuracy.hpp"
+#include "protocol/units/tolerances.hpp"
 
 namespace probebox::metrology {
 namespace {
 
 constexpr double kUsualReading_s = 60;  // five touches of a ball, and the way to the next
+constexpr double kUsualTouch_s = 12;
 constexpr double kWarmUp_min = 30;      // time constant of a drift
 constexpr double kReversal_mm = 0.005;  // above the noise of an encoder at rest
 constexpr double kTakenUp_mm = 0.010;   // further way, on which an axis takes up its lost motion
@@ -312,6 +314,14 @@ bool isNothing(const std::vector<Table>& moved) {
   });
 }
 
+// With stamps that run on: where those of each touch count from its own beginning, by the order of the touches.
+Table oneAfterTheOther(Table touched, double each_s) {
+  auto& times = std::ranges::find(touched.columns, column::kTime.name, &Column::name)->values;
+  if (std::ranges::adjacent_find(times, std::ranges::greater_equal{}) == times.end()) return touched;
+  for (std::size_t row = 0; row < times.size(); ++row) times[row] = each_s * static_cast<double>(row);
+  return touched;
+}
+
 // Touches as places that were read, each with its normal.
 Places touchedPlaces(const Table& touched) {
   Places places{&touched, {}, {}, 0, true};
@@ -340,7 +350,6 @@ TypeBInput outwardsInput(std::string_view name, double sd, const std::vector<Tab
 
 // Of a unit for each group of touches of one direction; of none that has a group before it.
 std::vector<std::vector<double>> byDirection(const Places& touches) {
-  constexpr double kSameDirection = 0.99;  // 8 degrees
   const std::size_t count = touches.table->rows();
   const auto cosine = [&](std::size_t i, std::size_t k) {
     double sum = 0;
@@ -353,7 +362,7 @@ std::vector<std::vector<double>> byDirection(const Places& touches) {
     if (is_in_group[first]) continue;
     groups.emplace_back(count);
     for (std::size_t k = first; k < count; ++k) {
-      if (is_in_group[k] || cosine(first, k) < kSameDirection) continue;
+      if (is_in_group[k] || cosine(first, k) < kSameSideCosine) continue;
       is_in_group[k] = true;
       groups.back()[k] = 1;
     }
@@ -431,8 +440,10 @@ Outcome<std::vector<TypeBInput>, Refusal> machineErrors(const Dataset& dataset, 
 
 std::vector<TypeBInput> touchErrors(const Dataset& dataset, const Method& method, const Table& touched) {
   const auto stated = accuracyOf(dataset);
+  const auto each_s = configPositive(dataset, kReadingTime);
   if (!stated || method.measures_machine || touched.rows() == 0) return {};
-  const Places touches = touchedPlaces(touched);
+  const Table in_time = oneAfterTheOther(touched, each_s && *each_s ? **each_s : kUsualTouch_s);
+  const Places touches = touchedPlaces(in_time);
   Inputs inputs{dataset, *stated, &touches};
   inputs.addPlaces({touches}, kUsualReading_s);
   for (auto& direction : byDirection(touches)) {

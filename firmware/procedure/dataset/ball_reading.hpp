@@ -43,6 +43,7 @@ struct ShankReading {
 struct BallReadings {
   std::vector<Reading> readings;
   std::vector<ShankReading> shank;
+  std::vector<metrology::Dropped> dropped{};  // touches that are in none of them
 };
 
 // Rounds to the multiple of 180 degrees that the step asked for; the machine reports angles within its tolerance.

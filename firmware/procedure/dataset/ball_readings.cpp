@@ -113,6 +113,7 @@ BallReadings placed(std::vector<Reading> readings, const metrology::BallCentres&
                            .sd_mm = lone.sd_mm});
   }
   found.readings = std::move(readings);
+  found.dropped = centres.dropped;
   return found;
 }
 
@@ -148,6 +149,7 @@ std::optional<metrology::Refusal> addFound(RunDataset& built, BallReadings& foun
   auto& dataset = built.dataset;
   if (auto refusal = addTables(dataset, found, run, tables)) return refusal;
   built.warnings = addStopShifts(dataset, found, run, tables);
+  if (auto warning = droppedTouches(found.dropped)) built.warnings.push_back(*std::move(warning));
   if (dataset.table("centres") == nullptr) dataset.tables.push_back(centresOf(found.readings));
   return std::nullopt;
 }
@@ -205,6 +207,14 @@ std::optional<metrology::Refusal> addReadings(RunDataset& built, const FinishedR
 }
 
 }  // namespace
+
+std::optional<std::string> droppedTouches(const std::vector<metrology::Dropped>& dropped) {
+  std::string names;
+  for (const auto& [name, reason] : dropped) names += (names.empty() ? "" : ", ") + name + " (" + reason + ")";
+  if (names.empty()) return std::nullopt;
+  return "dropped: " + names +
+         ": what is read there rests on the other touches; look what is in the way, and touch again";
+}
 
 metrology::Dataset touchesOf(const FinishedRun& run) {
   if (readsBySwitch(run)) return capture::edgeDataset(run.recording, run.scales, std::string{run.method.name()});

@@ -27,6 +27,9 @@ void addProbePose(metrology::Dataset& dataset, const capture::Recording& recordi
 RunDataset ballDataset(const FinishedRun& run,
                        void (*tables)(metrology::Dataset&, const BallReadings&, const FinishedRun&));
 
+// Warning of touches that no reading has; nothing of none.
+std::optional<std::string> droppedTouches(const std::vector<metrology::Dropped>& dropped);
+
 // Keys sigma_mm, of one coordinate, and sigma_C_rad, of a stop of C.
 void addSigmas(metrology::Dataset& dataset, const std::vector<Reading>& readings, const Facts& facts);
 

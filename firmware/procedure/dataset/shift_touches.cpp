@@ -132,7 +132,8 @@ void addStops(metrology::Dataset& dataset, const FinishedRun& run, const std::ve
 }
 
 // Of a touch, and of a stop of C.
-void addSigmas(metrology::Dataset& dataset, const std::vector<metrology::LoneTouch>& touches, const Facts& facts) {
+void addSigmasOfTouches(metrology::Dataset& dataset, const std::vector<metrology::LoneTouch>& touches,
+                        const Facts& facts) {
   double squares = 0;
   for (const auto& touch : touches) squares += touch.sd_mm * touch.sd_mm;
   dataset.config["sigma_mm"] = std::sqrt(squares / static_cast<double>(touches.size()));
@@ -148,7 +149,9 @@ RunDataset shiftDataset(const FinishedRun& run) {
   if (points) {
     addShift(built.dataset, run, points->alone);
     addStops(built.dataset, run, points->alone);
-    addSigmas(built.dataset, points->alone, run.facts);
+    addSigmasOfTouches(built.dataset, points->alone, run.facts);
+    built.warnings = unplacedStops(run, run.recording.touches().front().request.tool);
+    if (auto warning = droppedTouches(points->dropped)) built.warnings.push_back(*std::move(warning));
   } else {
     built.refusal = points.error();
   }

@@ -140,6 +140,10 @@ std::vector<StylusMove> movedByStops(const FinishedRun& run, const Vector3d& bal
   return moves;
 }
 
+std::vector<std::string> unplacedStops(const FinishedRun& run, std::uint32_t tool) {
+  return standingIn(run, lengthOfProbe(run.facts, tool) > 0).warnings;
+}
+
 std::vector<std::string> addStopOfHead(metrology::Dataset& dataset, const FinishedRun& run) {
   const std::uint32_t tool = run.recording.touches().empty() ? 0 : run.recording.touches().front().request.tool;
   Standing standing = standingIn(run, lengthOfProbe(run.facts, tool) > 0);

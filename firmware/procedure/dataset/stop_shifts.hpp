@@ -31,6 +31,9 @@ struct StylusMove {
 };
 std::vector<StylusMove> movedByStops(const FinishedRun& run, const Eigen::Vector3d& ball_mm, std::uint32_t tool);
 
+// Warnings about axes whose sigma_rad is stated and whose place is not, so that movedByStops leaves them out.
+std::vector<std::string> unplacedStops(const FinishedRun& run, std::uint32_t tool);
+
 // Adds the shift of all touches of a sphere on the machine's bed by one sd of the head's stop: it shifts the position
 // of the sphere only. Returns warnings.
 std::vector<std::string> addStopOfHead(metrology::Dataset& dataset, const FinishedRun& run);

@@ -25,7 +25,7 @@ constexpr Poses kTwoByTwoByLength{
         }};
 
 void addSpindleAlignment(metrology::Dataset& dataset, const BallReadings& found, const FinishedRun& run) {
-  const auto& [readings, shank] = found;
+  const auto& [readings, shank, dropped] = found;
   const Facts& facts = run.facts;
   addSigmas(dataset, readings, facts);
   addLengthResults(dataset, facts, toolsOf(readings));

@@ -153,7 +153,7 @@ void addSigmasOfXZ(metrology::Dataset& dataset, const std::vector<Reading>& leve
 }
 
 void addCheck(metrology::Dataset& dataset, const BallReadings& found, const FinishedRun& run) {
-  const auto& [readings, shank] = found;
+  const auto& [readings, shank, dropped] = found;
   const Facts& facts = run.facts;
   auto& config = dataset.config;
   const CheckedBall& ball = *facts.checked_ball;

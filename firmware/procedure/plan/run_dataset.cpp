@@ -18,7 +18,8 @@ void addTemperature(RunDataset& run, const Facts& facts) {
       "described; give [datum_sphere] expansion_per_k in machine.toml");
 }
 
-// Adds what is known of the machine's own errors, and for its drift the mean time from one reading to the next.
+// Adds what is known of the machine's own errors, and for its drift the mean time from one reading to the next, of
+// a method without readings from one touch to the next.
 void addAccuracy(metrology::Dataset& dataset, const LiveMethod& method, const capture::Recording& recording,
                  const Facts& facts) {
   if (facts.accuracy) {
@@ -28,7 +29,8 @@ void addAccuracy(metrology::Dataset& dataset, const LiveMethod& method, const ca
   if (facts.machine_check_result != 0)
     dataset.config[std::string{metrology::kMachineCheckKey}] = static_cast<double>(facts.machine_check_result);
   const auto touches = recording.touches();
-  const std::size_t readings = metrology::placesRead(dataset, *method.solver);
+  const std::size_t places = metrology::placesRead(dataset, *method.solver);
+  const std::size_t readings = places > 0 ? places : touches.size();
   if (touches.empty() || readings < 2) return;
   const auto first = recording.machineRows(touches.front()), last = recording.machineRows(touches.back());
   if (first.empty() || last.empty()) return;

@@ -198,6 +198,30 @@ TEST(MachineErrors, AreNotThereWhereZeroIsStated) {
   EXPECT_THAT(solved->conditions, IsEmpty());
 }
 
+// The box stamps each touch from its own beginning.
+TEST(MachineErrors, OfADriftOfTouchesCountByTheirOrderWhereTheirStampsBeginAnew) {
+  const auto driftOfCentre = [](double every_s, std::optional<double> stated_s) {
+    std::mt19937_64 random{76};
+    Scene scene = simulation::knownSphere();
+    scene.speeds_mm_s = {10, 25};
+    scene.every_s = every_s;
+    Dataset dataset = simulation::measure(scene, random);
+    stateNothing(dataset);
+    if (stated_s) dataset.config["time_per_reading_s"] = *stated_s;
+    const auto solved = solve(dataset);
+    if (!solved.ok()) return 0.0;
+    // Behind the delay.
+    for (const auto& line : solved->budget)
+      if (line.name == kDriftError.key) return line.sd.at(1);
+    return 0.0;
+  };
+  const double by_stamps = driftOfCentre(12, {});
+  EXPECT_GT(by_stamps, 1e-4);
+  EXPECT_NEAR(driftOfCentre(0, {}), by_stamps, 0.05 * by_stamps) << "12 s a touch";
+  EXPECT_NEAR(driftOfCentre(0, 12), by_stamps, 0.05 * by_stamps);
+  EXPECT_NEAR(driftOfCentre(0, 1.2), 0.1 * by_stamps, 0.02 * by_stamps);
+}
+
 TEST(MachineErrors, OutOfRangeAreRefused) {
   std::mt19937_64 random{75};
   Dataset dataset = setterDataset({}, 2, 0.001, random);
